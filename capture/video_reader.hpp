@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace twang {
+
+/// What the container says of a film before a frame is decoded.
+struct VideoInfo {
+  int width_px = 0;                    ///< as decoded, before any rotation tag [px]
+  int height_px = 0;                   ///< [px]
+  double tick_s = 0.0;                 ///< time base of the stamps [s]
+  std::optional<double> declared_fps;  ///< average rate the container declares [1/s]
+  std::optional<double>
+      capture_fps_tag;  ///< rate at which the camera says it filmed (Android, Apple) [1/s]
+  std::optional<long> declared_frames;  ///< number of frames, if the container says it
+  std::string codec;
+};
+
+/// One decoded picture; the view is valid until the next call of `read`.
+struct LumaFrame {
+  const std::uint8_t* pixels = nullptr;  ///< luma plane, row after row (height x stride)
+  std::ptrdiff_t stride = 0;             ///< bytes from one row to the next
+  int width_px = 0;
+  int height_px = 0;
+  double stamp_s = 0.0;  ///< presentation time of the packet [s]; nan if the file has none
+};
+
+/// Reads a film from beginning to end, luma plane only, decoded on several threads (FFmpeg).
+class VideoReader {
+ public:
+  /// @throws InputError naming the file if it does not exist, is no film, has no picture stream or
+  /// a codec that is not
+  ///         known or no 8-bit luma plane
+  explicit VideoReader(const std::filesystem::path& path);
+  ~VideoReader();
+  VideoReader(const VideoReader&) = delete;
+  VideoReader& operator=(const VideoReader&) = delete;
+
+  [[nodiscard]] const VideoInfo& info() const;
+  /// The next picture, in order of presentation; nothing at the end.
+  /// @throws InputError if the film breaks off (a truncated file) or a picture cannot be decoded;
+  /// says after which frame
+  [[nodiscard]] std::optional<LumaFrame> read();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace twang

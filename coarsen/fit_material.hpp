@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/damped_sinusoid.hpp"
+#include "core/material.hpp"
+#include "rigs/rig.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace twang {
+
+/// lambda_t = (2 pi f)² + d² and b = 2 d / lambda_t, the inverse of eq. (14) with a = 0, with
+/// first-order sigmas.
+struct DampedTarget {
+  double lambda_per_s2 = 0.0;
+  double lambda_sigma_per_s2 = 0.0;
+  double damping_stiffness_b_s = 0.0;
+  double damping_stiffness_b_sigma_s = 0.0;
+};
+[[nodiscard]] DampedTarget damped_target(const DampedSinusoid& sinusoid);
+
+/// f and d of a mode with eigenvalue lambda under D = a M + b K [paper, eq. (14)]; f = 0 when
+/// overdamped.
+struct FrequencyAndDecay {
+  double frequency_hz = 0.0;
+  double decay_per_s = 0.0;
+};
+[[nodiscard]] FrequencyAndDecay frequency_and_decay(double lambda_per_s2,
+                                                    double a_per_s,
+                                                    double b_s);
+
+/// E_n = E_m lambda_t / lambda_1 [paper, eq. (15)] [Pa].
+[[nodiscard]] double rescaled_modulus(double modulus_pa,
+                                      double target_lambda_per_s2,
+                                      double mesh_lambda_per_s2);
+
+/// a and b by least squares from two or more damped sinusoids, d = (a + b lambda) / 2; offered,
+/// never silently used.
+struct RayleighFit {
+  double damping_mass_a_per_s = 0.0;
+  double damping_stiffness_b_s = 0.0;
+};
+/// @throws InputError with fewer than two sinusoids
+[[nodiscard]] RayleighFit fit_rayleigh(const std::vector<DampedSinusoid>& sinusoids);
+
+/// Relative sensitivities of the identified modulus, d ln E / d x, by central differences of the
+/// first eigenvalue on a coarse hex20 mesh.
+struct ModulusSensitivities {
+  double dimension_per_m = 0.0;  ///< every face of every solid moved outwards by half of it, clamps
+                                 ///< left alone: thickness [1/m]
+  double poissons_ratio = 0.0;   ///< by nu [-]
+  double density = 1.0;          ///< by ln rho; 1 exactly without added weights [-]
+};
+[[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m);
+
+/// The relative parts of sigma_E [contract of material.json]: statistical from (f, d), repeats,
+/// mesh from the Richardson limit, and the rig's tolerances through the sensitivities (clock: twice
+/// its relative error).
+/// @param between_repeats_rel  relative standard error of lambda between repeats; 0 with one
+[[nodiscard]] UncertaintyBudget modulus_budget(const DampedTarget& target,
+                                               double mesh_relative_sigma,
+                                               double between_repeats_rel,
+                                               const Tolerance& tolerance,
+                                               const ModulusSensitivities& sensitivities);
+
+}  // namespace twang

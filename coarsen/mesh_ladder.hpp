@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/progress.hpp"
+#include "fem/eigenmodes.hpp"
+#include "fem/hex_mesh.hpp"
+#include "rigs/rig.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// The eigenmodes of one mesh of a rig, with Young's modulus 1 Pa in the unknown material [paper,
+/// §3.2].
+struct MeshRung {
+  HexMesh mesh;
+  std::vector<int> held_nodes;
+  Eigenmodes modes;
+  double seconds = 0.0;  ///< wall time spent [s]
+};
+
+struct LadderOptions {
+  std::optional<double> start_dx_m;  ///< absent: the smallest edge of the rig's solids [m]
+  double convergent_change = 0.01;   ///< frequencies change by less on halving dx: convergent [-]
+  double accurate_change = 0.05;  ///< frequencies within this of the convergent mesh: accurate [-]
+  double shape_tolerance = 0.05;  ///< mode distance up to which a coarser mesh is taken [-]
+  int num_modes = 4;              ///< dominant modes whose shapes must agree
+  int num_frequencies = 10;       ///< modes computed and reported
+  long max_dofs = 450000;         ///< unknowns the reference ladder may reach
+  std::optional<double> coarse_dx_m;  ///< the coarse mesh wanted; absent: chosen [m]
+  ProgressCallback progress = {};
+  void check() const;
+};
+
+/// The limit of a sequence of meshes.
+struct RichardsonLimit {
+  double lambda_per_s2 = 0.0;   ///< of mode 1, at E = 1 Pa [1/s²]
+  double relative_sigma = 0.0;  ///< of lambda: what the mesh leaves uncertain [-]
+  double order = 0.0;  ///< observed (three rungs) or assumed (two) order in dx of lambda [-]
+  bool order_observed = false;
+};
+
+/// How far the modes of a coarser mesh are from those of the finer one.
+struct ModeComparison {
+  double max_difference =
+      0.0;  ///< largest pointwise difference over the peak, worst of the compared modes [-]
+  double hausdorff = 0.0;  ///< the paper's set distance of the deflected surfaces over the peak [-]
+  std::vector<double> difference_by_mode;
+  std::vector<double> hausdorff_by_mode;
+};
+
+/// One coarse candidate (hex8) beside the reference.
+struct CoarseCandidate {
+  double dx_m = 0.0;
+  int num_elements = 0;
+  Eigen::VectorXd natural_frequency_hz;  ///< at E = 1 Pa [Hz]
+  ModeComparison comparison;
+  bool passes = false;
+  double mean_frequency_error_before = 0.0;  ///< of num_frequencies modes against the reference [-]
+  double mean_frequency_error_after = 0.0;   ///< the same after the rescale of eq. (15) [-]
+};
+
+/// The reference ladder (hex20 with Richardson on top) and the coarse mesh (hex8) chosen below it
+/// [DAC, paper §3.1].
+struct MeshLadder {
+  std::vector<MeshRung> reference;  ///< hex20, coarse to fine
+  RichardsonLimit limit;
+  bool convergent = false;  ///< the finest rung changed by less than convergent_change
+  std::optional<int>
+      accurate_rung;  ///< coarsest rung of `reference` within accurate_change of the finest
+  std::vector<CoarseCandidate> candidates;  ///< hex8, fine to coarse
+  MeshRung coarse;                          ///< hex8, the one chosen
+  std::string choice;                       ///< one sentence: why this one
+  std::vector<std::string> notes;
+};
+
+/// Walks the ladder: refines hex20 by halving dx until the frequencies stand, then coarsens hex8 as
+/// long as the dominant mode shapes agree.
+/// @throws InputError if the rig lacks part or clamp or its materials leave nothing to identify
+/// sensibly; Cancelled;
+///         NumericalFailure if an eigenproblem cannot be solved
+[[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
+
+/// The materials of `mesh` as the eigenproblem wants them: the rig's stated Young's modulus, else
+/// `unknown_modulus_pa`.
+[[nodiscard]] std::vector<ElasticMaterial> elastic_materials(const Rig& rig,
+                                                             const HexMesh& mesh,
+                                                             double unknown_modulus_pa = 1.0);
+
+/// Distance of the first `num_modes` mode shapes of two meshes of one part; near-equal frequencies
+/// are matched as subspaces, not by number [DESIGN of the distance: docs/NOTATION.md].
+[[nodiscard]] ModeComparison compare_modes(const MeshRung& fine,
+                                           const MeshRung& coarse,
+                                           int num_modes);
+
+}  // namespace twang

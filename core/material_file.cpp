@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/material_file.hpp"
+
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace twang {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "twang-material/1";
+
+/// Reads the keys of one JSON object and says which of them is wrong.
+class ObjectReader {
+ public:
+  ObjectReader(const Json& object, std::string file, std::string prefix)
+      : m_object(object), m_file(std::move(file)), m_prefix(std::move(prefix)) {}
+
+  [[nodiscard]] double number(const char* key) const {
+    const Json& value = require(key);
+    if (value.is_null()) return kNaN;
+    if (!value.is_number()) fail(key, value, "a number");
+    return value.get<double>();
+  }
+  [[nodiscard]] double positive(const char* key) const {
+    const double value = number(key);
+    if (!(value > 0.0) || !std::isfinite(value)) fail(key, m_object.at(key), "a number > 0");
+    return value;
+  }
+  [[nodiscard]] int integer(const char* key) const {
+    const Json& value = require(key);
+    if (!value.is_number_integer()) fail(key, value, "a whole number");
+    return value.get<int>();
+  }
+  [[nodiscard]] std::string text(const char* key) const {
+    const Json& value = require(key);
+    if (!value.is_string()) fail(key, value, "a text");
+    return value.get<std::string>();
+  }
+  [[nodiscard]] ObjectReader object(const char* key) const {
+    const Json& value = require(key);
+    if (!value.is_object()) fail(key, value, "an object");
+    return {value, m_file, m_prefix + key + "."};
+  }
+  [[nodiscard]] bool has(const char* key) const {
+    return m_object.contains(key) && !m_object.at(key).is_null();
+  }
+  [[nodiscard]] const Json& require(const char* key) const {
+    if (!m_object.contains(key))
+      throw InputError(fmt::format("{}: {}{} is missing", m_file, m_prefix, key));
+    return m_object.at(key);
+  }
+  [[noreturn]] void fail(const char* key, const Json& value, const char* expected) const {
+    throw InputError(
+        fmt::format("{}: {}{} is {}, must be {}", m_file, m_prefix, key, value.dump(), expected));
+  }
+
+ private:
+  const Json& m_object;
+  std::string m_file;
+  std::string m_prefix;
+};
+
+std::map<std::string, std::string> texts_from(const Json& object) {
+  std::map<std::string, std::string> texts;
+  for (const auto& [key, value] : object.items()) {
+    texts[key] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  return texts;
+}
+
+Provenance provenance_from(const ObjectReader& reader) {
+  Provenance provenance;
+  provenance.twang_version = reader.text("twang_version");
+  provenance.date = reader.text("date");
+  provenance.options = texts_from(reader.require("options"));
+  for (const Json& input : reader.require("inputs")) {
+    if (input.is_object())
+      provenance.inputs.push_back({input.value("file", ""), input.value("sha256", "")});
+  }
+  return provenance;
+}
+
+}  // namespace
+
+std::string material_to_json(const Material& material) {
+  const UncertaintyBudget& budget = material.uncertainty;
+  Json inputs = Json::array();
+  for (const ProvenanceInput& input : material.provenance.inputs) {
+    inputs.push_back({{"file", input.file}, {"sha256", input.sha256}});
+  }
+  // nlohmann writes what is not finite as null and doubles so that they read back exactly.
+  Json json = {
+      {"format", kFormat},
+      {"material", material.material},
+      {"youngs_modulus_identified_pa", material.youngs_modulus_identified_pa},
+      {"youngs_modulus_identified_sigma_pa", material.youngs_modulus_identified_sigma_pa},
+      {"youngs_modulus_numerical_pa", material.youngs_modulus_numerical_pa},
+      {"numerical_element", material.numerical_element},
+      {"numerical_dx_mm", material.numerical_dx_mm},
+      {"numerical_elements", material.numerical_elements},
+      {"rig_sha256", material.rig_sha256},
+      {"damping_stiffness_b_s", material.damping_stiffness_b_s},
+      {"damping_stiffness_b_sigma_s", material.damping_stiffness_b_sigma_s},
+      {"damping_mass_a_per_s", material.damping_mass_a_per_s},
+      {"poissons_ratio", material.poissons_ratio},
+      {"density_kg_m3", material.density_kg_m3},
+      {"frequency_hz", material.frequency_hz},
+      {"frequency_sigma_hz", material.frequency_sigma_hz},
+      {"decay_per_s", material.decay_per_s},
+      {"decay_sigma_per_s", material.decay_sigma_per_s},
+      {"lambda_per_s2", material.lambda_per_s2},
+      {"tan_delta", material.tan_delta},
+      {"amplitude_range", material.amplitude_range},
+      {"amplitude_unit", material.amplitude_unit},
+      {"uncertainty",
+       {{"statistical", budget.statistical},
+        {"repeats", budget.repeats},
+        {"mesh", budget.mesh},
+        {"clock", budget.clock},
+        {"dimension", budget.dimension},
+        {"density", budget.density},
+        {"poissons_ratio", budget.poissons_ratio}}},
+      {"validation",
+       {{"rms_rel", material.validation.rms_rel},
+        {"frequency_error_rel", material.validation.frequency_error_rel},
+        {"decay_error_rel", material.validation.decay_error_rel}}},
+      {"specimen", material.specimen},
+      {"provenance",
+       {{"twang_version", material.provenance.twang_version},
+        {"inputs", inputs},
+        {"options", material.provenance.options},
+        {"date", material.provenance.date}}},
+  };
+  if (material.reported_youngs_modulus_pa) {
+    json["reported_youngs_modulus_pa"] = *material.reported_youngs_modulus_pa;
+  }
+  return json.dump(2) + "\n";
+}
+
+Material read_material(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  Json json;
+  try {
+    json = Json::parse(read_file(path));
+  } catch (const Json::parse_error& error) {
+    throw InputError(fmt::format(
+        "{}: is not valid JSON at byte {}, must be a {} file", file, error.byte, kFormat));
+  }
+  if (!json.is_object())
+    throw InputError(fmt::format("{}: holds no JSON object, must be a {} file", file, kFormat));
+  const ObjectReader reader(json, file, "");
+  if (const std::string format = reader.text("format"); format != kFormat) {
+    throw InputError(fmt::format("{}: format is \"{}\", must be \"{}\"", file, format, kFormat));
+  }
+  Material material;
+  material.material = reader.text("material");
+  material.youngs_modulus_identified_pa = reader.positive("youngs_modulus_identified_pa");
+  material.youngs_modulus_identified_sigma_pa = reader.number("youngs_modulus_identified_sigma_pa");
+  material.youngs_modulus_numerical_pa = reader.positive("youngs_modulus_numerical_pa");
+  material.numerical_element = reader.text("numerical_element");
+  material.numerical_dx_mm = reader.positive("numerical_dx_mm");
+  material.numerical_elements = reader.integer("numerical_elements");
+  material.rig_sha256 = reader.text("rig_sha256");
+  material.damping_stiffness_b_s = reader.number("damping_stiffness_b_s");
+  material.damping_stiffness_b_sigma_s = reader.number("damping_stiffness_b_sigma_s");
+  material.damping_mass_a_per_s = reader.number("damping_mass_a_per_s");
+  material.poissons_ratio = reader.number("poissons_ratio");
+  material.density_kg_m3 = reader.positive("density_kg_m3");
+  material.frequency_hz = reader.number("frequency_hz");
+  material.frequency_sigma_hz = reader.number("frequency_sigma_hz");
+  material.decay_per_s = reader.number("decay_per_s");
+  material.decay_sigma_per_s = reader.number("decay_sigma_per_s");
+  material.lambda_per_s2 = reader.number("lambda_per_s2");
+  material.tan_delta = reader.number("tan_delta");
+  if (const Json& range = reader.require("amplitude_range");
+      range.is_array() && range.size() == 2) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      material.amplitude_range[i] = range[i].is_number() ? range[i].get<double>() : kNaN;
+    }
+  } else {
+    reader.fail("amplitude_range", range, "two numbers");
+  }
+  if (reader.has("amplitude_unit")) material.amplitude_unit = reader.text("amplitude_unit");
+  if (reader.has("reported_youngs_modulus_pa")) {
+    material.reported_youngs_modulus_pa = reader.positive("reported_youngs_modulus_pa");
+  }
+  const ObjectReader budget = reader.object("uncertainty");
+  material.uncertainty = {budget.number("statistical"),
+                          budget.number("repeats"),
+                          budget.number("mesh"),
+                          budget.number("clock"),
+                          budget.number("dimension"),
+                          budget.number("density"),
+                          budget.number("poissons_ratio")};
+  const ObjectReader validation = reader.object("validation");
+  material.validation = {validation.number("rms_rel"),
+                         validation.number("frequency_error_rel"),
+                         validation.number("decay_error_rel")};
+  if (reader.has("specimen")) material.specimen = texts_from(reader.require("specimen"));
+  material.provenance = provenance_from(reader.object("provenance"));
+  return material;
+}
+
+void write_material(const std::filesystem::path& path, const Material& material) {
+  write_file_atomically(path, material_to_json(material));
+}
+
+}  // namespace twang

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace twang {
+
+/// The shortest decimal text that reads back as exactly `value`; "nan" and "inf" for what is not
+/// finite.
+[[nodiscard]] std::string exact_text(double value);
+
+/// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e7.
+[[nodiscard]] std::string rounded_text(double value, int digits);
+
+/// The candidate with the smallest edit distance (Levenshtein) to `word`; empty if there is no
+/// candidate.
+[[nodiscard]] std::string nearest_word(std::string_view word,
+                                       std::span<const std::string> candidates);
+
+}  // namespace twang

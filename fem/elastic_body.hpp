@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/material.hpp"
+#include "fem/constitutive.hpp"
+#include "fem/hex_mesh.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace twang {
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+
+/// A mesh with its materials: mass, energy, force and stiffness as functions of the displacement u
+/// (3 num_nodes) [m].
+///
+/// Keeps the sparsity pattern and the slots of every element between calls; matrices are symmetric
+/// and stored whole.
+class ElasticBody {
+ public:
+  /// @param materials  one for each of mesh.material_names, in that order
+  /// @throws InputError if their number disagrees, or E <= 0, rho <= 0, nu outside (-1, 0.5)
+  ElasticBody(HexMesh mesh,
+              std::vector<ElasticMaterial> materials,
+              ConstitutiveModel model = ConstitutiveModel::NeoHookean);
+  ~ElasticBody();
+  ElasticBody(ElasticBody&&) noexcept;
+  ElasticBody& operator=(ElasticBody&&) noexcept;
+
+  [[nodiscard]] const HexMesh& mesh() const;
+  [[nodiscard]] const std::vector<ElasticMaterial>& materials() const;
+  [[nodiscard]] ConstitutiveModel model() const;
+
+  /// Adds a weight at a point of the mesh to the mass matrix and to `gravity_force`.
+  void add_point_mass(const MeshPoint& point, double mass_kg);
+
+  /// Consistent mass matrix by the element's quadrature [kg].
+  [[nodiscard]] const SparseMatrix& mass() const;
+  /// Stored energy [J]; +infinity if an element is turned inside out.
+  [[nodiscard]] double elastic_energy(const Eigen::VectorXd& u) const;
+  /// Internal force, the gradient of the energy; external forces balance it at rest [N].
+  [[nodiscard]] Eigen::VectorXd internal_force(const Eigen::VectorXd& u) const;
+  /// Tangent stiffness, the Hessian of the energy [N/m].
+  [[nodiscard]] SparseMatrix stiffness(const Eigen::VectorXd& u) const;
+  /// Tangent stiffness with each element scaled by its material's b: the stiffness part of the
+  /// damping matrix [N s/m].
+  [[nodiscard]] SparseMatrix stiffness_damping(const Eigen::VectorXd& u) const;
+  /// K(u) w without assembling K [N].
+  [[nodiscard]] Eigen::VectorXd stiffness_product(const Eigen::VectorXd& u,
+                                                  const Eigen::VectorXd& w) const;
+  /// Stiffness part of the damping force, sum over elements of b_e K_e(u) v, without assembling
+  /// [N].
+  [[nodiscard]] Eigen::VectorXd stiffness_damping_force(const Eigen::VectorXd& u,
+                                                        const Eigen::VectorXd& v) const;
+  /// sum of rho g N over the volume and of the point masses [N].
+  [[nodiscard]] Eigen::VectorXd gravity_force(const Eigen::Vector3d& gravity_m_s2) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> m_impl;
+};
+
+/// Degrees of freedom that are free to move when `held_nodes` are not, and the maps to and from the
+/// full vector.
+class FreeDofs {
+ public:
+  FreeDofs(int num_nodes, const std::vector<int>& held_nodes);
+  [[nodiscard]] int size() const { return static_cast<int>(m_full_from_free.size()); }
+  [[nodiscard]] const std::vector<int>& full_from_free() const { return m_full_from_free; }
+  [[nodiscard]] Eigen::VectorXd restrict_vector(const Eigen::VectorXd& full) const;
+  [[nodiscard]] Eigen::VectorXd expand_vector(
+      const Eigen::VectorXd& free) const;  ///< held entries 0
+  [[nodiscard]] SparseMatrix restrict_matrix(const SparseMatrix& full) const;
+
+ private:
+  std::vector<int> m_free_from_full;  ///< -1 where held
+  std::vector<int> m_full_from_free;
+};
+
+}  // namespace twang

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "fem/hexahedron.hpp"
+#include "rigs/rig.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// A mesh of hexahedra.
+struct HexMesh {
+  ElementKind kind = ElementKind::Hex8;
+  Eigen::Matrix3Xd nodes;                ///< (3 x num_nodes) [m]
+  Eigen::MatrixXi elements;              ///< (nodes_per_element x num_elements), VTK order
+  std::vector<int> material_of_element;  ///< index into material_names
+  std::vector<std::string> material_names;
+  double requested_dx_m = 0.0;  ///< [m]
+  Eigen::Vector3d actual_dx_m =
+      Eigen::Vector3d::Zero();  ///< cell size of a voxel mesh, x, y, z [m]
+
+  [[nodiscard]] int num_nodes() const { return static_cast<int>(nodes.cols()); }
+  [[nodiscard]] int num_elements() const { return static_cast<int>(elements.cols()); }
+  [[nodiscard]] int num_dofs() const { return 3 * num_nodes(); }
+  /// Sum of the elements' volumes by quadrature [m³].
+  [[nodiscard]] double volume() const;
+};
+
+/// Cuts the rig's part into equal cells and fills those whose centre lies in a solid.
+///
+/// Per axis the bounding box is cut into max(1, round(length / dx)) cells, so the part keeps its
+/// size. A later solid overrides an earlier one's material. Nodes are numbered along the axis with
+/// the most cells last, shared between neighbours; hex20 adds mid-edge nodes.
+///
+/// @throws InputError if dx <= 0, the rig has no part, a solid vanishes or the mesh falls apart at
+/// this dx (both name the
+///         solid and a dx that would do), or there would be more than 50 million cells
+[[nodiscard]] HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind);
+
+/// Nodes that a clamp holds: those within a thousandth of a cell of its box, ascending.
+/// @throws InputError if a clamp holds no node
+[[nodiscard]] std::vector<int> clamped_nodes(const HexMesh& mesh, const Rig& rig);
+
+/// Quadrilaterals on the outside of the mesh, corner node indices, oriented outwards.
+[[nodiscard]] std::vector<std::array<int, 4>> surface_faces(const HexMesh& mesh);
+
+/// A material point of a mesh: value = sum_i weights[i] field[nodes[i]].
+struct MeshPoint {
+  int element = -1;
+  Eigen::Vector3d xi =
+      Eigen::Vector3d::Zero();  ///< may lie outside [-1, 1] for a point beside the mesh [-]
+  std::vector<int> nodes;
+  Eigen::VectorXd weights;     ///< shape functions at xi
+  Eigen::Matrix3Xd gradients;  ///< their derivatives by x, (3 x nodes) [1/m]
+  double distance_m = 0.0;     ///< from the mesh; 0 inside [m]
+};
+
+/// Finds where `position` lies; outside the mesh the nearest element's own shape functions are
+/// extrapolated, so a marker that overhangs moves as if glued to it.
+[[nodiscard]] MeshPoint locate(const HexMesh& mesh, const Eigen::Vector3d& position);
+
+/// Value at `point` of a nodal vector field stacked as (3 num_nodes).
+[[nodiscard]] Eigen::Vector3d interpolate(const MeshPoint& point, const Eigen::VectorXd& field);
+/// Its gradient, d field_i / d x_j.
+[[nodiscard]] Eigen::Matrix3d interpolate_gradient(const MeshPoint& point,
+                                                   const Eigen::VectorXd& field);
+
+}  // namespace twang

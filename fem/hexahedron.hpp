@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include <string_view>
+#include <vector>
+
+namespace twang {
+
+/// hex8: trilinear, 2 x 2 x 2 Gauss points. hex20: serendipity, 3 x 3 x 3 Gauss points.
+enum class ElementKind { Hex8, Hex20 };
+
+[[nodiscard]] std::string_view to_string(ElementKind kind);
+/// @throws InputError for a name that is neither "hex8" nor "hex20"
+[[nodiscard]] ElementKind element_kind_from(std::string_view name);
+[[nodiscard]] int nodes_per_element(ElementKind kind);
+
+/// Values of the shape functions at `xi` in [-1, 1]³, (nodes). Node order: VTK's (VTK_HEXAHEDRON,
+/// VTK_QUADRATIC_HEXAHEDRON), which is also CalculiX's C3D8, C3D20 up to the last two groups of
+/// mid-edge nodes.
+[[nodiscard]] Eigen::VectorXd shape_functions(ElementKind kind, const Eigen::Vector3d& xi);
+/// Their derivatives by xi, (3 x nodes).
+[[nodiscard]] Eigen::Matrix3Xd shape_gradients(ElementKind kind, const Eigen::Vector3d& xi);
+
+/// A quadrature rule on [-1, 1]³.
+struct Quadrature {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> weights;  ///< sum 8
+};
+/// The element's own rule: 8 points for hex8, 27 for hex20.
+[[nodiscard]] const Quadrature& quadrature(ElementKind kind);
+
+}  // namespace twang

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/damped_sinusoid.hpp"
+#include "core/progress.hpp"
+#include "core/termination.hpp"
+#include "core/trace.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace twang {
+
+/// Lower and upper frequency [Hz].
+struct Band {
+  double low_hz = 0.0;
+  double high_hz = 0.0;
+};
+
+struct InversionOptions {
+  std::optional<Band> band_hz;  ///< absent: 1.5 / duration to 0.98 Nyquist
+  std::optional<double>
+      start_s;  ///< absent: after the release if one is seen, else the first sample [s]
+  std::optional<double>
+      end_s;          ///< absent: the last sample, or the next disturbance after the release [s]
+  int max_modes = 0;  ///< strongest kept; 0: all that the data support
+  ProgressCallback progress = {};
+  void check() const;  ///< throws InputError naming field, value, allowed range
+};
+
+/// A candidate that was not kept, and why.
+struct RejectedMode {
+  double frequency_hz = 0.0;
+  double decay_per_s = 0.0;
+  std::string reason;
+};
+
+/// What harmonic inversion found in one or several channels that share their poles.
+///
+///     y_c(t) = offset_c + sum_k A_kc exp(-d_k (t - t0)) sin(2 pi f_k (t - t0) + theta_kc),   t0 =
+///     time_origin_s
+struct InversionResult {
+  std::vector<DampedSinusoid> modes;  ///< strongest first, by amplitude at t0
+  double time_origin_s = kNaN;        ///< t0, the first sample used [s]
+  double time_end_s = kNaN;           ///< the last sample used [s]
+  std::optional<double> release_s;    ///< when the free motion was seen to begin [s]
+  std::vector<std::string> channel_names;
+  std::vector<double> offsets;       ///< one a channel, in its unit, at t0
+  std::vector<double> drifts_per_s;  ///< slow linear drift, one a channel, 0 where not fitted
+  double residual_rms = kNaN;        ///< root sum of squares over the channels, in their unit
+  double snr_db = kNaN;              ///< 20 log10(A1 / residual_rms) [dB]
+  int num_samples = 0;               ///< finite samples used, all channels
+  std::string method;                ///< how the modes were found and how many the data support
+  std::vector<RejectedMode> rejected;
+  std::vector<std::string> notes;  ///< alias twins, growing modes ...: one sentence each
+  Termination termination = Termination::NotRun;
+  std::string message;  ///< one sentence for a person
+
+  [[nodiscard]] bool usable() const { return !modes.empty(); }
+  /// The model's value in channel `channel` at `time_s`.
+  [[nodiscard]] double evaluate(std::size_t channel, double time_s) const;
+  /// Its time derivative, without the drift: the velocity of the vibration [unit/s].
+  [[nodiscard]] double evaluate_rate(std::size_t channel, double time_s) const;
+};
+
+/// Finds the damped sinusoids of a trace: filter diagonalization [Mandelshtam & Taylor 1997] for
+/// the poles, then least squares on the real time stamps for all parameters together, with their
+/// covariance.
+///
+/// @param channels  names of channels of `trace`; several share their poles, each has its own
+/// amplitudes
+/// @throws InputError if a channel is missing, fewer than 8 of its samples are finite, the trace is
+/// empty, or an option
+///         is out of range; Cancelled
+[[nodiscard]] InversionResult invert_harmonics(const Trace& trace,
+                                               const std::vector<std::string>& channels,
+                                               const InversionOptions& options = {});
+
+/// The columns that are inverted when none is named: `observable_*` if there, else all but
+/// `*.sigma_*` and
+/// `*.time_offset_s`.
+[[nodiscard]] std::vector<std::string> default_columns(const Trace& trace);
+
+/// The result as JSON text, format `twang-modes/1`; what is not finite is `null`.
+[[nodiscard]] std::string modes_to_json(const InversionResult& result);
+/// Several columns inverted one by one: `{"format": "twang-modes/1", "columns": {name: {...}}}`.
+[[nodiscard]] std::string modes_to_json(
+    const std::vector<std::pair<std::string, InversionResult>>& columns);
+
+}  // namespace twang

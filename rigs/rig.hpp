@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace twang {
+
+/// An axis-aligned box, `min` <= `max` in each coordinate [m].
+struct Box {
+  Eigen::Vector3d min = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max = Eigen::Vector3d::Zero();
+
+  /// Whether `point` lies in the box widened by `margin` on every side [m].
+  [[nodiscard]] bool contains(const Eigen::Vector3d& point, double margin) const;
+  /// Distance from `point` to the nearest point of the box; 0 inside [m].
+  [[nodiscard]] double distance(const Eigen::Vector3d& point) const;
+};
+
+/// A solid cylinder between the centres of its two end faces [m].
+struct Cylinder {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  double radius = 0.0;
+};
+
+/// A closed surface in a file (STL or OBJ), scaled by `metres_per_unit` and moved by `at` [m].
+struct SurfaceFile {
+  std::filesystem::path file;
+  double metres_per_unit = 1e-3;
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+};
+
+/// One solid of the union that makes the part; a later one overrides an earlier one's material.
+struct PartSolid {
+  std::string material;
+  std::variant<Box, Cylinder, SurfaceFile> shape;
+};
+
+/// What a rig says of a material. The modulus is absent where it is to be identified.
+struct RigMaterial {
+  std::string name;
+  double density_kg_m3 = 0.0;                        ///< rho > 0 [kg/m³]
+  double poissons_ratio = 0.0;                       ///< nu, -1 < nu < 0.5 [-]
+  std::optional<double> youngs_modulus_pa;           ///< stated: known, not identified [Pa]
+  std::optional<double> reported_youngs_modulus_pa;  ///< for the table only [Pa]
+};
+
+enum class MarkerKind { Cross, Dot, Ring, Checker, ArUco, AprilTag, Patch };
+
+/// The name a rig file uses for a kind of marker ("cross").
+[[nodiscard]] std::string_view to_string(MarkerKind kind);
+
+/// A printed target: on the part, or on the bench (`fixed`).
+struct Marker {
+  std::string id;
+  MarkerKind kind = MarkerKind::Dot;
+  double size_m = 0.0;                                 ///< outer size > 0 [m]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< rig frame, at rest [m]
+  bool fixed = false;
+  std::string dictionary;  ///< of ArUco and AprilTag
+  int tag = -1;
+};
+
+enum class ObservableKind { Displacement, Angle };
+
+/// The scalar that is inverted and compared.
+struct ObservableDefinition {
+  ObservableKind kind = ObservableKind::Displacement;
+  std::vector<std::string> markers;  ///< displacement: one; angle: a and b of the line a -> b
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of a displacement, any length > 0
+};
+
+/// How the part is deflected before it is let go: exactly one of displacement and force.
+struct Release {
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
+  std::optional<Eigen::Vector3d> displacement;   ///< [m]
+  std::optional<Eigen::Vector3d> force;          ///< [N]
+};
+
+/// How the rig is filmed.
+struct Camera {
+  std::optional<double> capture_fps;  ///< what the camera did, whatever the file says [1/s]
+  Eigen::Vector3d image_right = Eigen::Vector3d::UnitX();  ///< unit vector, rig frame
+  Eigen::Vector3d image_down =
+      -Eigen::Vector3d::UnitZ();  ///< unit vector orthogonal to image_right, rig frame
+  double readout_s = 0.0;         ///< rolling shutter, first row to last [s]
+};
+
+/// One sigma of what the rig file states; 0 where nothing is said.
+struct Tolerance {
+  double dimension_m = 0.0;     ///< of a printed length [m]
+  double density_rel = 0.0;     ///< relative [-]
+  double poissons_ratio = 0.0;  ///< absolute [-]
+  double clock_rel = 0.0;       ///< relative error of the camera's clock [-]
+};
+
+/// A weight glued on.
+struct PointMass {
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
+  double mass_kg = 0.0;                          ///< > 0 [kg]
+};
+
+/// A rig: the part, how it is held, what is on it and how it is filmed; lengths in metres (file
+/// format `twang-rig/1`).
+struct Rig {
+  std::string name;
+  std::filesystem::path file;                   ///< where it was read from; empty if made in memory
+  std::string sha256;                           ///< of that file
+  std::map<std::string, std::string> specimen;  ///< free text
+  std::vector<RigMaterial> materials;
+  std::vector<PartSolid> parts;
+  std::vector<Box> clamps;
+  std::vector<Marker> markers;
+  std::optional<ObservableDefinition> observable;
+  std::optional<Release> release;
+  std::optional<Camera> camera;
+  Tolerance tolerance;
+  std::optional<Eigen::Vector3d> gravity_m_s2;  ///< absent: none
+  std::vector<PointMass> masses;
+
+  [[nodiscard]] const Marker* find_marker(std::string_view id) const;
+  [[nodiscard]] const RigMaterial* find_material(std::string_view name) const;
+  /// Smallest box around all solids [m]; surface files are read for it.
+  /// @throws InputError if there is no solid
+  [[nodiscard]] Box bounding_box() const;
+};
+
+/// Whether `point` lies in `solid`: lower face included, upper not, for boxes; surfaces are not
+/// asked here. [m]
+/// @throws InputError for a SurfaceFile
+[[nodiscard]] bool contains(const PartSolid& solid, const Eigen::Vector3d& point);
+
+}  // namespace twang
