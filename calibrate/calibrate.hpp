@@ -18,27 +18,36 @@
 namespace twang {
 
 struct CalibrationOptions {
-  std::optional<double> coarse_dx_m;  ///< the coarse mesh; absent: chosen by the ladder [m]
-  std::vector<std::string> columns;   ///< of a trace; empty: its default columns
-  std::string time_column = "time_s";
-  InversionOptions inversion;  ///< start, end, band
-  TrackOptions track;          ///< of every film; `overlay` is set per film by the caller
-  LadderOptions ladder;
-  bool validate = true;
+  std::vector<std::string> columns;  ///< inverted; empty: the observable if there is one, else all
+  std::string time_column = "time_s";           ///< of trace files
+  InversionOptions inversion;                   ///< window and band, for every repeat
+  TrackOptions track;                           ///< of every film; its `overlay` is not used
+  std::vector<std::filesystem::path> overlays;  ///< one a film, or empty: none
+  LadderOptions ladder;                         ///< `coarse_dx_m` picks the coarse mesh
+  bool validate = true;                         ///< simulate the coarse mesh over the trace
   ProgressCallback progress = {};
+};
+
+/// One recording on its way through the line.
+struct Repeat {
+  std::filesystem::path file;
+  std::optional<TrackResult> film;  ///< absent when it came as a trace
+  Trace trace;
+  std::vector<std::string> columns;  ///< those inverted
+  InversionResult inversion;
+  Spectrum spectrum;  ///< of the first column, in the window used
 };
 
 /// Everything a calibration found on its way from film to material.
 struct Calibration {
   Material material;
-  std::vector<TrackResult> films;        ///< one a film; empty from traces
-  std::vector<Trace> traces;             ///< one a film or trace file
-  InversionResult inversion;             ///< joint over all repeats
-  std::vector<InversionResult> repeats;  ///< one a film or trace
-  std::vector<Spectrum> spectra;         ///< one a repeat, of the observable used
+  std::vector<Repeat> repeats;
+  InversionResult inversion;  ///< joint over all repeats; with one, that repeat's own
+  DampedTarget target;        ///< of the joint inversion's strongest sinusoid
+  ModulusSensitivities sensitivities;
   MeshLadder ladder;
-  std::optional<Validation> validation;
-  std::vector<std::string> warnings;  ///< one sentence each
+  std::optional<Validation> validation;  ///< of the first repeat
+  std::vector<std::string> warnings;     ///< one sentence each
 };
 
 /// Film(s) in, a material out: track, invert, walk the mesh ladder, fit, validate.

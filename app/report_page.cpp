@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "app/report_page.hpp"
+
+#include "capture/png.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace twang::app {
+namespace {
+
+std::string percent(double relative) { return rounded_text(100.0 * relative, 2) + " %"; }
+
+std::string with_sigma(double value, double sigma, const char* unit) {
+  return fmt::format("{} ± {} {}", rounded_text(value, 5), rounded_text(sigma, 2), unit);
+}
+
+/// "1.234 GPa", "263.8 kPa": a modulus in the unit in which it is easily read.
+std::string modulus_text(double pa) {
+  struct Unit {
+    double pa;
+    const char* name;
+  };
+  for (const Unit unit : {Unit{1e9, "GPa"}, Unit{1e6, "MPa"}, Unit{1e3, "kPa"}}) {
+    if (pa >= unit.pa) return fmt::format("{} {}", rounded_text(pa / unit.pa, 4), unit.name);
+  }
+  return fmt::format("{} Pa", rounded_text(pa, 4));
+}
+
+std::string unit_label(const std::string& column) { return column; }
+
+ReportSection film_section(const Repeat& repeat) {
+  const TrackResult& film = *repeat.film;
+  ReportSection section;
+  section.title = "The film: " + repeat.file.filename().string();
+  const TimeBaseSummary& time = film.time_base;
+  section.paragraphs.push_back(
+      fmt::format("{} frames at {} frames/s (from the {}), {} doubled, {} missing; {} mm a pixel.",
+                  time.frames,
+                  rounded_text(time.capture_fps, 6),
+                  time.source,
+                  time.doubled,
+                  time.gaps,
+                  rounded_text(film.mm_per_px, 4)));
+  section.picture_png = encode_png(film.first_frame_with_tracks);
+  section.picture_caption = "The first frame with the markers found and the paths they take.";
+  TextTable table;
+  table.head = {"marker", "frames seen", "mean sigma [px]", "frames lost", "because"};
+  for (const MarkerTrack& track : film.tracks) {
+    double sum = 0.0;
+    int seen = 0;
+    for (const double sigma : track.sigma_px) {
+      if (!std::isfinite(sigma)) continue;
+      sum += sigma;
+      ++seen;
+    }
+    table.rows.push_back({track.id,
+                          std::to_string(seen),
+                          rounded_text(seen ? sum / seen : kNaN, 2),
+                          std::to_string(track.frames_lost),
+                          track.lost_because});
+  }
+  section.tables.push_back(std::move(table));
+  return section;
+}
+
+ReportSection trace_section(const Repeat& repeat) {
+  const InversionResult& inversion = repeat.inversion;
+  const Channel& channel = *repeat.trace.find(repeat.columns.front());
+  ReportSection section;
+  section.title = "The trace and its fit";
+  section.paragraphs.push_back(
+      fmt::format("{} Used from {} s to {} s, {} samples; the residual lies {} dB below the "
+                  "strongest sinusoid.",
+                  inversion.method,
+                  rounded_text(inversion.time_origin_s, 5),
+                  rounded_text(inversion.time_end_s, 5),
+                  inversion.num_samples,
+                  rounded_text(inversion.snr_db, 3)));
+  Chart chart;
+  chart.x_label = "time [s]";
+  chart.y_label = unit_label(channel.name);
+  chart.series.push_back(
+      {"tracked", repeat.trace.time_s, channel.values, ChartSeries::Style::Points});
+  ChartSeries fit{"fit", {}, {}, ChartSeries::Style::Line};
+  Chart residual;
+  residual.x_label = "time [s]";
+  residual.y_label = "tracked - fit, " + unit_label(channel.name);
+  ChartSeries rest{"residual", {}, {}, ChartSeries::Style::Points};
+  constexpr int kPointsPerPeriod = 24;
+  const double step_s = 1.0 / (inversion.modes.front().frequency_hz * kPointsPerPeriod);
+  for (double t = inversion.time_origin_s; t <= inversion.time_end_s; t += step_s) {
+    fit.x.push_back(t);
+    fit.y.push_back(inversion.evaluate(0, t));
+  }
+  for (std::size_t i = 0; i < repeat.trace.num_samples(); ++i) {
+    const double t = repeat.trace.time_s[i];
+    if (t < inversion.time_origin_s || t > inversion.time_end_s) continue;
+    rest.x.push_back(t);
+    rest.y.push_back(channel.values[i] - inversion.evaluate(0, t));
+  }
+  chart.series.push_back(std::move(fit));
+  chart.marks.push_back({inversion.time_origin_s, "start"});
+  residual.series.push_back(std::move(rest));
+  section.charts = {std::move(chart), std::move(residual)};
+  return section;
+}
+
+ReportSection spectrum_section(const Repeat& repeat) {
+  ReportSection section;
+  section.title = "The spectrum and the sinusoids found";
+  Chart chart;
+  chart.x_label = "frequency [Hz]";
+  chart.y_label = "amplitude, " + unit_label(repeat.columns.front());
+  chart.log_y = true;
+  chart.series.push_back({"spectrum",
+                          repeat.spectrum.frequency_hz,
+                          repeat.spectrum.amplitude,
+                          ChartSeries::Style::Line});
+  TextTable table;
+  table.head = {"f [Hz]", "sigma [Hz]", "d [1/s]", "sigma [1/s]", "damping ratio [-]", "amplitude"};
+  for (const DampedSinusoid& mode : repeat.inversion.modes) {
+    chart.marks.push_back({mode.frequency_hz, rounded_text(mode.frequency_hz, 4) + " Hz"});
+    table.rows.push_back({rounded_text(mode.frequency_hz, 6),
+                          rounded_text(mode.frequency_sigma_hz, 2),
+                          rounded_text(mode.decay_per_s, 5),
+                          rounded_text(mode.decay_sigma_per_s, 2),
+                          rounded_text(mode.damping_ratio(), 4),
+                          rounded_text(mode.channels.front().amplitude, 4)});
+  }
+  section.charts.push_back(std::move(chart));
+  section.tables.push_back(std::move(table));
+  if (!repeat.inversion.rejected.empty()) {
+    TextTable rejected;
+    rejected.head = {"rejected f [Hz]", "d [1/s]", "because"};
+    for (const RejectedMode& mode : repeat.inversion.rejected) {
+      rejected.rows.push_back(
+          {rounded_text(mode.frequency_hz, 5), rounded_text(mode.decay_per_s, 4), mode.reason});
+    }
+    section.tables.push_back(std::move(rejected));
+  }
+  return section;
+}
+
+ReportSection ladder_section(const Calibration& calibration) {
+  const MeshLadder& ladder = calibration.ladder;
+  const double modulus = calibration.material.youngs_modulus_identified_pa;
+  ReportSection section;
+  section.title = "The ladder of meshes";
+  section.paragraphs.push_back(ladder.choice);
+  Chart chart;
+  chart.x_label = "dx [mm]";
+  chart.y_label = "first frequency at the identified E [Hz]";
+  ChartSeries reference{"hex20 (reference)", {}, {}, ChartSeries::Style::Points};
+  ChartSeries coarse{"hex8 (coarse candidates)", {}, {}, ChartSeries::Style::Points};
+  ChartSeries limit{"limit", {}, {}, ChartSeries::Style::Dashed};
+  TextTable table;
+  table.head = {"element",
+                "dx [mm]",
+                "elements",
+                "f1 at E [Hz]",
+                "mode distance [%]",
+                "Hausdorff [%]",
+                "f error, 10 modes [%]",
+                "after rescale [%]",
+                ""};
+  double largest_dx_mm = 0.0;
+  for (const MeshRung& rung : ladder.reference) {
+    const double dx_mm = rung.mesh.requested_dx_m * kMillimetresPerMetre;
+    const double f = rung.modes.natural_frequency_hz(0) * std::sqrt(modulus);
+    reference.x.push_back(dx_mm);
+    reference.y.push_back(f);
+    largest_dx_mm = std::max(largest_dx_mm, dx_mm);
+    table.rows.push_back({"hex20",
+                          rounded_text(dx_mm, 4),
+                          std::to_string(rung.mesh.num_elements()),
+                          rounded_text(f, 6),
+                          "",
+                          "",
+                          "",
+                          "",
+                          ""});
+  }
+  for (const CoarseCandidate& candidate : ladder.candidates) {
+    const double dx_mm = candidate.dx_m * kMillimetresPerMetre;
+    const double f = candidate.natural_frequency_hz[0] * std::sqrt(modulus);
+    coarse.x.push_back(dx_mm);
+    coarse.y.push_back(f);
+    largest_dx_mm = std::max(largest_dx_mm, dx_mm);
+    const bool chosen = candidate.dx_m == ladder.coarse.mesh.requested_dx_m;
+    table.rows.push_back({"hex8",
+                          rounded_text(dx_mm, 4),
+                          std::to_string(candidate.num_elements),
+                          rounded_text(f, 6),
+                          rounded_text(100.0 * candidate.comparison.max_difference, 3),
+                          rounded_text(100.0 * candidate.comparison.hausdorff, 3),
+                          rounded_text(100.0 * candidate.mean_frequency_error_before, 3),
+                          rounded_text(100.0 * candidate.mean_frequency_error_after, 3),
+                          chosen ? "chosen" : ""});
+  }
+  const double limit_hz = std::sqrt(ladder.limit.lambda_per_s2 * modulus) / kTwoPi;
+  limit.x = {0.0, largest_dx_mm};
+  limit.y = {limit_hz, limit_hz};
+  for (ChartSeries* series : {&reference, &coarse}) {
+    if (series->x.size() > 1 && series->x.front() > series->x.back()) {
+      std::reverse(series->x.begin(), series->x.end());
+      std::reverse(series->y.begin(), series->y.end());
+    }
+  }
+  chart.series = {std::move(reference), std::move(coarse), std::move(limit)};
+  section.charts.push_back(std::move(chart));
+  section.tables.push_back(std::move(table));
+  return section;
+}
+
+ReportSection validation_section(const Validation& validation, bool rigs_own) {
+  ReportSection section;
+  section.title = "Simulated over tracked";
+  section.paragraphs.push_back(fmt::format(
+      "The coarse mesh with the numerical modulus and b, let go from the tracked start: rms "
+      "difference {} of the initial "
+      "amplitude, frequency {}, decay {}. {} steps of {} s in {} s. No time shift is fitted.",
+      percent(validation.figures.rms_rel),
+      percent(validation.figures.frequency_error_rel),
+      percent(validation.figures.decay_error_rel),
+      validation.run.steps,
+      rounded_text(validation.step_s, 3),
+      rounded_text(validation.run.wall_s, 3)));
+  if (!rigs_own) {
+    section.paragraphs.push_back(
+        "The rig file has no observable, so the point of the mesh that moves most in its first "
+        "mode stands for the tracked one.");
+  }
+  Chart chart;
+  chart.x_label = "time [s]";
+  chart.y_label = "observable [" + validation.unit + "], offset removed";
+  chart.series.push_back(
+      {"tracked", validation.time_s, validation.tracked, ChartSeries::Style::Points});
+  chart.series.push_back(
+      {"simulated", validation.fine_time_s, validation.fine_simulated, ChartSeries::Style::Line});
+  section.charts.push_back(std::move(chart));
+  return section;
+}
+
+ReportSection numbers_section(const Calibration& calibration) {
+  const Material& material = calibration.material;
+  const UncertaintyBudget& budget = material.uncertainty;
+  ReportSection section;
+  section.title = "The numbers and their uncertainty";
+  section.paragraphs.push_back(
+      fmt::format("b was measured at {} Hz and holds near it; real prints change with frequency "
+                  "and amplitude. The amplitude used ran "
+                  "from {} to {} {}.",
+                  rounded_text(material.frequency_hz, 4),
+                  rounded_text(material.amplitude_range[1], 3),
+                  rounded_text(material.amplitude_range[0], 3),
+                  material.amplitude_unit));
+  TextTable table;
+  table.head = {"part of the budget of E", "one sigma"};
+  table.rows = {{"statistical (f and d of the fit)", percent(budget.statistical)},
+                {"between repeats", percent(budget.repeats)},
+                {"mesh (Richardson limit)", percent(budget.mesh)},
+                {"clock of the camera", percent(budget.clock)},
+                {"printed dimensions", percent(budget.dimension)},
+                {"density", percent(budget.density)},
+                {"Poisson's ratio", percent(budget.poissons_ratio)},
+                {"together (root sum of squares)", percent(budget.total())}};
+  section.tables.push_back(std::move(table));
+  TextTable provenance;
+  provenance.head = {"made from", "SHA-256"};
+  for (const ProvenanceInput& input : material.provenance.inputs)
+    provenance.rows.push_back({input.file, input.sha256});
+  section.tables.push_back(std::move(provenance));
+  if (!material.specimen.empty()) {
+    TextTable specimen;
+    specimen.head = {"specimen", ""};
+    for (const auto& [key, value] : material.specimen) specimen.rows.push_back({key, value});
+    section.tables.push_back(std::move(specimen));
+  }
+  return section;
+}
+
+TextTable key_figures(const Material& material) {
+  TextTable table;
+  table.head = {"quantity", "value", "meaning"};
+  table.rows = {
+      {"E, identified",
+       fmt::format("{} ± {}",
+                   modulus_text(material.youngs_modulus_identified_pa),
+                   modulus_text(material.youngs_modulus_identified_sigma_pa)),
+       "Young's modulus of the limit mesh: the material's own"},
+      {"E_n, numerical",
+       modulus_text(material.youngs_modulus_numerical_pa),
+       fmt::format("for {} elements {} of {} mm, and for these alone",
+                   material.numerical_elements,
+                   material.numerical_element,
+                   rounded_text(material.numerical_dx_mm, 4))},
+      {"b",
+       with_sigma(
+           material.damping_stiffness_b_s * 1e3, material.damping_stiffness_b_sigma_s * 1e3, "ms"),
+       "stiffness-proportional Rayleigh damping"},
+      {"f",
+       with_sigma(material.frequency_hz, material.frequency_sigma_hz, "Hz"),
+       "frequency of the damped motion"},
+      {"d",
+       with_sigma(material.decay_per_s, material.decay_sigma_per_s, "1/s"),
+       "decay, exp(-d t)"},
+      {"tan delta", rounded_text(material.tan_delta, 4), "loss factor at f"}};
+  if (material.reported_youngs_modulus_pa) {
+    const double reported = *material.reported_youngs_modulus_pa;
+    table.rows.push_back(
+        {"E, reported",
+         modulus_text(reported),
+         fmt::format("identified minus reported: {}",
+                     percent(material.youngs_modulus_identified_pa / reported - 1.0))});
+  }
+  return table;
+}
+
+}  // namespace
+
+ReportContent report_page(const Rig& rig, const Calibration& calibration) {
+  const Material& material = calibration.material;
+  ReportContent content;
+  content.title = rig.name;
+  content.headline = fmt::format("{}: E = {} ± {}, b = {} s at {} Hz",
+                                 material.material,
+                                 modulus_text(material.youngs_modulus_identified_pa),
+                                 modulus_text(material.youngs_modulus_identified_sigma_pa),
+                                 rounded_text(material.damping_stiffness_b_s, 4),
+                                 rounded_text(material.frequency_hz, 4));
+  content.key_figures = key_figures(material);
+  content.warnings = calibration.warnings;
+  for (const Repeat& repeat : calibration.repeats) {
+    if (repeat.film) content.sections.push_back(film_section(repeat));
+    content.sections.push_back(trace_section(repeat));
+    content.sections.push_back(spectrum_section(repeat));
+  }
+  content.sections.push_back(ladder_section(calibration));
+  if (calibration.validation && calibration.validation->run.usable()) {
+    content.sections.push_back(
+        validation_section(*calibration.validation, rig.observable.has_value()));
+  }
+  content.sections.push_back(numbers_section(calibration));
+  return content;
+}
+
+}  // namespace twang::app

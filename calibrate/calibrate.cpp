@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "calibrate/calibrate.hpp"
+
+#include "calibrate/join_repeats.hpp"
+#include "core/error.hpp"
+#include "core/sha256.hpp"
+#include "core/trace_file.hpp"
+#include "core/units.hpp"
+#include "core/version.hpp"
+#include "rigs/observable.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+namespace twang {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The one material whose modulus is to be found.
+const RigMaterial& unknown_material(const Rig& rig) {
+  const RigMaterial* unknown = nullptr;
+  for (const RigMaterial& material : rig.materials) {
+    const bool used = std::any_of(rig.parts.begin(), rig.parts.end(), [&](const PartSolid& solid) {
+      return solid.material == material.name;
+    });
+    if (!used) continue;
+    if (material.youngs_modulus_pa || unknown) {
+      throw InputError(
+          fmt::format("{}: materials.{}: the part is made of several materials or of one whose "
+                      "youngs_modulus_pa is stated, must be "
+                      "made of one material without it for calibrate",
+                      rig.file.string(),
+                      material.name));
+    }
+    unknown = &material;
+  }
+  if (unknown == nullptr) {
+    throw InputError(
+        fmt::format("{}: no material is used by a part, must be one", rig.file.string()));
+  }
+  return *unknown;
+}
+
+std::vector<std::string> columns_to_invert(const Rig& rig,
+                                           const Repeat& repeat,
+                                           const CalibrationOptions& options) {
+  if (!options.columns.empty()) {
+    for (const std::string& column : options.columns) {
+      if (repeat.trace.find(column) == nullptr) {
+        throw InputError(fmt::format("{}: has no column '{}'", repeat.file.string(), column));
+      }
+    }
+    return options.columns;
+  }
+  if (rig.observable) {
+    const std::string column = observable_column(rig.observable->kind);
+    if (repeat.trace.find(column) != nullptr) return {column};
+  }
+  return default_columns(repeat.trace);
+}
+
+void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& options) {
+  repeat.columns = columns_to_invert(rig, repeat, options);
+  try {
+    repeat.inversion = invert_harmonics(repeat.trace, repeat.columns, options.inversion);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", repeat.file.string(), error.what()));
+  }
+  if (!repeat.inversion.usable()) {
+    throw NumericalFailure(fmt::format(
+        "{}: no vibration was found: {}", repeat.file.string(), repeat.inversion.message));
+  }
+  repeat.spectrum = amplitude_spectrum(repeat.trace,
+                                       *repeat.trace.find(repeat.columns.front()),
+                                       repeat.inversion.time_origin_s,
+                                       repeat.inversion.time_end_s);
+}
+
+InversionResult invert_jointly(const std::vector<Repeat>& repeats,
+                               const CalibrationOptions& options) {
+  if (repeats.size() == 1) return repeats.front().inversion;
+  std::vector<TraceWindow> windows;
+  for (const Repeat& repeat : repeats) {
+    windows.push_back({&repeat.trace,
+                       repeat.columns,
+                       repeat.inversion.time_origin_s,
+                       repeat.inversion.time_end_s});
+  }
+  const Trace joint = join_repeats(windows);
+  std::vector<std::string> names;
+  for (const Channel& channel : joint.channels) names.push_back(channel.name);
+  InversionOptions inversion = options.inversion;
+  inversion.start_s = joint.time_s.front();
+  inversion.end_s = joint.time_s.back();
+  InversionResult result = invert_harmonics(joint, names, inversion);
+  if (!result.usable()) {
+    throw NumericalFailure(fmt::format(
+        "no vibration is common to the {} recordings: {}", repeats.size(), result.message));
+  }
+  return result;
+}
+
+double between_repeats(const std::vector<Repeat>& repeats) {
+  std::vector<double> lambdas;
+  for (const Repeat& repeat : repeats)
+    lambdas.push_back(repeat.inversion.modes.front().lambda_per_s2());
+  return relative_standard_error(lambdas);
+}
+
+/// Smallest and largest amplitude of the strongest sinusoid in the windows used.
+std::array<double, 2> amplitude_range(const std::vector<Repeat>& repeats) {
+  std::array<double, 2> range = {kInfinity, 0.0};
+  for (const Repeat& repeat : repeats) {
+    const DampedSinusoid& mode = repeat.inversion.modes.front();
+    const double duration_s = repeat.inversion.time_end_s - repeat.inversion.time_origin_s;
+    for (const SinusoidInChannel& channel : mode.channels) {
+      range[0] = std::min(range[0], channel.amplitude * std::exp(-mode.decay_per_s * duration_s));
+      range[1] = std::max(range[1], channel.amplitude);
+    }
+  }
+  return range;
+}
+
+std::string unit_of_column(const std::string& column) {
+  for (const char* unit : {"mm", "rad", "px", "deg", "m"}) {
+    if (column.ends_with(std::string("_") + unit)) return unit;
+  }
+  return "";
+}
+
+/// Two sinusoids whose frequencies the mesh puts elsewhere are told to the user, never acted on.
+void warn_about_overtones(const InversionResult& inversion,
+                          const MeshRung& finest,
+                          std::vector<std::string>& warnings) {
+  const double first_hz = finest.modes.natural_frequency_hz(0);
+  const DampedSinusoid& fundamental = inversion.modes.front();
+  for (const DampedSinusoid& mode : inversion.modes) {
+    if (mode.natural_frequency_hz() < 0.8 * fundamental.natural_frequency_hz()) {
+      warnings.push_back(
+          fmt::format("A sinusoid at {:.2f} Hz lies below the strongest one at {:.2f} Hz, which is "
+                      "taken for the first eigenmode "
+                      "(mesh ratio of the second to the first: {:.2f}).",
+                      mode.frequency_hz,
+                      fundamental.frequency_hz,
+                      finest.modes.natural_frequency_hz(1) / first_hz));
+    }
+  }
+}
+
+Provenance provenance_of(const Rig& rig,
+                         const std::vector<Repeat>& repeats,
+                         const CalibrationOptions& options) {
+  Provenance provenance;
+  provenance.twang_version = kVersion;
+  provenance.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  provenance.inputs.push_back({rig.file.filename().string(), rig.sha256});
+  for (const Repeat& repeat : repeats) {
+    provenance.inputs.push_back({repeat.file.filename().string(), sha256_of_file(repeat.file)});
+  }
+  auto& used = provenance.options;
+  std::string columns;
+  for (const std::string& column : repeats.front().columns)
+    columns += (columns.empty() ? "" : ",") + column;
+  used["columns"] = columns;
+  used["start_s"] = fmt::format("{}", repeats.front().inversion.time_origin_s);
+  used["end_s"] = fmt::format("{}", repeats.front().inversion.time_end_s);
+  if (options.track.capture_fps)
+    used["capture_fps"] = fmt::format("{}", *options.track.capture_fps);
+  if (options.inversion.band_hz) {
+    used["band_hz"] =
+        fmt::format("{} {}", options.inversion.band_hz->low_hz, options.inversion.band_hz->high_hz);
+  }
+  if (options.ladder.coarse_dx_m) {
+    used["dx_mm"] = fmt::format("{}", *options.ladder.coarse_dx_m * kMillimetresPerMetre);
+  }
+  for (const auto& [id, start] : options.track.start_px) {
+    used["marker " + id] = fmt::format("{},{}", start.x(), start.y());
+  }
+  return provenance;
+}
+
+Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibration& calibration) {
+  const DampedSinusoid& mode = calibration.inversion.modes.front();
+  const DampedTarget& target = calibration.target;
+  const MeshRung& coarse = calibration.ladder.coarse;
+  Material material;
+  material.material = unknown.name;
+  material.youngs_modulus_identified_pa =
+      rescaled_modulus(1.0, target.lambda_per_s2, calibration.ladder.limit.lambda_per_s2);
+  material.youngs_modulus_numerical_pa =
+      rescaled_modulus(1.0, target.lambda_per_s2, coarse.modes.lambda_per_s2[0]);
+  material.numerical_element = to_string(coarse.mesh.kind);
+  material.numerical_dx_mm = coarse.mesh.requested_dx_m * kMillimetresPerMetre;
+  material.numerical_elements = coarse.mesh.num_elements();
+  material.rig_sha256 = rig.sha256;
+  material.damping_stiffness_b_s = target.damping_stiffness_b_s;
+  material.damping_stiffness_b_sigma_s = target.damping_stiffness_b_sigma_s;
+  material.poissons_ratio = unknown.poissons_ratio;
+  material.density_kg_m3 = unknown.density_kg_m3;
+  material.reported_youngs_modulus_pa = unknown.reported_youngs_modulus_pa;
+  material.frequency_hz = mode.frequency_hz;
+  material.frequency_sigma_hz = mode.frequency_sigma_hz;
+  material.decay_per_s = mode.decay_per_s;
+  material.decay_sigma_per_s = mode.decay_sigma_per_s;
+  material.lambda_per_s2 = target.lambda_per_s2;
+  material.tan_delta = target.damping_stiffness_b_s * std::sqrt(target.lambda_per_s2);
+  material.amplitude_range = amplitude_range(calibration.repeats);
+  material.amplitude_unit = unit_of_column(calibration.repeats.front().columns.front());
+  material.uncertainty = modulus_budget(target,
+                                        calibration.ladder.limit.relative_sigma,
+                                        between_repeats(calibration.repeats),
+                                        rig.tolerance,
+                                        calibration.sensitivities);
+  material.youngs_modulus_identified_sigma_pa =
+      material.youngs_modulus_identified_pa * material.uncertainty.total();
+  material.specimen = rig.specimen;
+  return material;
+}
+
+/// From the traces on, films and trace files go the same way.
+Calibration calibrate_repeats(const Rig& rig,
+                              std::vector<Repeat> repeats,
+                              const CalibrationOptions& options) {
+  const RigMaterial& unknown = unknown_material(rig);
+  Calibration calibration;
+  for (Repeat& repeat : repeats) {
+    invert_repeat(rig, repeat, options);
+    const auto& notes = repeat.inversion.notes;
+    calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
+  }
+  calibration.repeats = std::move(repeats);
+  calibration.inversion = invert_jointly(calibration.repeats, options);
+  calibration.target = damped_target(calibration.inversion.modes.front());
+
+  LadderOptions ladder = options.ladder;
+  ladder.progress = options.progress;
+  calibration.ladder = build_mesh_ladder(rig, ladder);
+  const auto& notes = calibration.ladder.notes;
+  calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
+  warn_about_overtones(
+      calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
+
+  calibration.sensitivities =
+      modulus_sensitivities(rig, calibration.ladder.reference.front().mesh.requested_dx_m);
+  calibration.material = material_from(rig, unknown, calibration);
+  if (options.validate) {
+    const Repeat& first = calibration.repeats.front();
+    calibration.validation = validate_against_trace(rig,
+                                                    calibration.ladder.coarse,
+                                                    calibration.material,
+                                                    first.trace,
+                                                    first.columns.front(),
+                                                    first.inversion,
+                                                    options.progress);
+    calibration.material.validation = calibration.validation->figures;
+    if (!calibration.validation->run.usable())
+      calibration.warnings.push_back(calibration.validation->run.message);
+  }
+  calibration.material.provenance = provenance_of(rig, calibration.repeats, options);
+  return calibration;
+}
+
+}  // namespace
+
+Calibration calibrate_from_films(const Rig& rig,
+                                 const std::vector<fs::path>& films,
+                                 const CalibrationOptions& options) {
+  if (films.empty()) throw InputError("no film is given, must be one or more");
+  if (!options.overlays.empty() && options.overlays.size() != films.size()) {
+    throw InputError(fmt::format(
+        "{} overlays for {} films, must be one each", options.overlays.size(), films.size()));
+  }
+  std::ignore = unknown_material(rig);  // refused before the films are read
+  std::vector<Repeat> repeats;
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    TrackOptions track = options.track;
+    track.progress = options.progress;
+    track.overlay = options.overlays.empty() ? fs::path() : options.overlays[i];
+    Repeat repeat;
+    repeat.file = films[i];
+    repeat.film = track_markers(rig, films[i], track);
+    repeat.trace = repeat.film->trace;
+    notes.insert(notes.end(), repeat.film->notes.begin(), repeat.film->notes.end());
+    repeats.push_back(std::move(repeat));
+  }
+  Calibration calibration = calibrate_repeats(rig, std::move(repeats), options);
+  calibration.warnings.insert(calibration.warnings.begin(), notes.begin(), notes.end());
+  return calibration;
+}
+
+Calibration calibrate_from_traces(const Rig& rig,
+                                  const std::vector<fs::path>& traces,
+                                  const CalibrationOptions& options) {
+  if (traces.empty()) throw InputError("no trace is given, must be one or more");
+  std::vector<Repeat> repeats;
+  for (const fs::path& file : traces) {
+    Repeat repeat;
+    repeat.file = file;
+    repeat.trace = read_trace_csv(file, options.time_column);
+    repeats.push_back(std::move(repeat));
+  }
+  return calibrate_repeats(rig, std::move(repeats), options);
+}
+
+}  // namespace twang
