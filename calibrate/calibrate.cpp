@@ -2,6 +2,7 @@
 #include "calibrate/calibrate.hpp"
 
 #include "calibrate/join_repeats.hpp"
+#include "coarsen/prestress.hpp"
 #include "core/error.hpp"
 #include "core/sha256.hpp"
 #include "core/trace_file.hpp"
@@ -190,10 +191,14 @@ Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibra
   const MeshRung& coarse = calibration.ladder.coarse;
   Material material;
   material.material = unknown.name;
-  material.youngs_modulus_identified_pa =
-      rescaled_modulus(1.0, target.lambda_per_s2, calibration.ladder.limit.lambda_per_s2);
+  const ElasticMaterial elastic = {1.0, unknown.poissons_ratio, unknown.density_kg_m3};
+  material.youngs_modulus_identified_pa = modulus_for_target(rig,
+                                                             calibration.ladder.reference.front(),
+                                                             elastic,
+                                                             calibration.ladder.limit.lambda_per_s2,
+                                                             target.lambda_per_s2);
   material.youngs_modulus_numerical_pa =
-      rescaled_modulus(1.0, target.lambda_per_s2, coarse.modes.lambda_per_s2[0]);
+      modulus_for_target(rig, coarse, elastic, coarse.modes.lambda_per_s2[0], target.lambda_per_s2);
   material.numerical_element = to_string(coarse.mesh.kind);
   material.numerical_dx_mm = coarse.mesh.requested_dx_m * kMillimetresPerMetre;
   material.numerical_elements = coarse.mesh.num_elements();

@@ -2,7 +2,7 @@
 #include "calibrate/validate.hpp"
 
 #include "calibrate/simulated_observable.hpp"
-#include "coarsen/fit_material.hpp"
+#include "coarsen/prestress.hpp"
 #include "core/units.hpp"
 #include "fem/static_solve.hpp"
 
@@ -78,26 +78,36 @@ std::vector<CarriedMode> carry_modes(const MeshRung& coarse,
   return carried;
 }
 
+/// What holds the body at rest, and where.
+struct Rest {
+  Eigen::VectorXd force;    ///< gravity; empty: none [N]
+  Eigen::VectorXd u;        ///< sag [m]
+  double observable = 0.0;  ///< there [m] or [rad]
+};
+
 /// Equilibrium under the inertia-like load sum lambda y M shape, which bends the body as its modes
 /// do but lets it shorten as a real one; scaled until the observable is what was tracked.
 StaticResult deflect(const ElasticBody& body,
                      const std::vector<int>& held_nodes,
                      const std::vector<CarriedMode>& carried,
-                     const SimulatedObservable& observable) {
-  StaticLoad load;
-  load.force = Eigen::VectorXd::Zero(body.mesh().num_dofs());
+                     const SimulatedObservable& observable,
+                     const Rest& rest) {
+  Eigen::VectorXd pluck = Eigen::VectorXd::Zero(body.mesh().num_dofs());
   double wanted = 0.0;
   for (const CarriedMode& mode : carried) {
-    load.force += mode.lambda_per_s2 * mode.displacement * (body.mass() * mode.unit_shape);
+    pluck += mode.lambda_per_s2 * mode.displacement * (body.mass() * mode.unit_shape);
     wanted += mode.displacement;
   }
+  StaticLoad load;
+  load.force = rest.force.size() == 0 ? pluck : pluck + rest.force;
   constexpr int kMostCorrections = 6;
   constexpr double kCloseEnough = 1e-6;
-  StaticResult result = solve_static(body, held_nodes, load);
+  StaticResult result = solve_static(body, held_nodes, load, {}, rest.u);
   for (int i = 0; i < kMostCorrections && result.usable(); ++i) {
-    const double got = observable.evaluate(result.u);
+    const double got = observable.evaluate(result.u) - rest.observable;
     if (std::abs(got - wanted) <= kCloseEnough * std::abs(wanted) || got * wanted <= 0.0) break;
-    load.force *= wanted / got;
+    pluck *= wanted / got;
+    load.force = rest.force.size() == 0 ? pluck : pluck + rest.force;
     result = solve_static(body, held_nodes, load, {}, result.u);
   }
   return result;
@@ -197,7 +207,13 @@ Validation validate_against_trace(const Rig& rig,
         "simulated.";
     return validation;
   }
-  const StaticResult start = deflect(body, coarse.held_nodes, carried, observable);
+  Rest rest;
+  if (rig.gravity_m_s2) {
+    rest.force = body.gravity_force(*rig.gravity_m_s2);
+    rest.u = sag_under_gravity(rig, coarse, elastic).u;
+    rest.observable = observable.evaluate(rest.u);
+  }
+  const StaticResult start = deflect(body, coarse.held_nodes, carried, observable, rest);
   if (!start.usable()) {
     validation.run.termination = Termination::NumericalFailure;
     validation.run.message = fmt::format(
@@ -215,7 +231,7 @@ Validation validate_against_trace(const Rig& rig,
   NewmarkOptions options;
   options.step_s = period_s / kStepsPerPeriod;
   validation.step_s = options.step_s;
-  NewmarkIntegrator integrator(body, coarse.held_nodes, options);
+  NewmarkIntegrator integrator(body, coarse.held_nodes, options, rest.force);
   validation.run = run(
       integrator,
       state,
@@ -223,7 +239,8 @@ Validation validate_against_trace(const Rig& rig,
       end_s - inversion.time_origin_s + options.step_s,
       [&](const BodyState& now) {
         validation.fine_time_s.push_back(inversion.time_origin_s + now.time_s);
-        validation.fine_simulated.push_back(observable.evaluate(now.u) / si_per_unit);
+        validation.fine_simulated.push_back((observable.evaluate(now.u) - rest.observable) /
+                                            si_per_unit);
       },
       progress);
   if (!validation.run.usable()) return validation;

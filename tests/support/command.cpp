@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/support/command.hpp"
+
+#include "core/atomic_file.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+namespace twang::test {
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+}  // namespace
+
+CommandOutcome run_twang(const std::vector<std::string>& arguments) {
+  const TemporaryFolder folder;
+  std::string line = quoted(TWANG_EXECUTABLE);
+  for (const std::string& argument : arguments) line += " " + quoted(argument);
+  const std::string out = (folder / "out").string();
+  const std::string err = (folder / "err").string();
+  const int status =
+      std::system((line + " >" + quoted(out) + " 2>" + quoted(err) + " </dev/null").c_str());
+  CommandOutcome outcome;
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.out = read_file(out);
+  outcome.err = read_file(err);
+  return outcome;
+}
+
+}  // namespace twang::test
