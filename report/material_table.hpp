@@ -15,9 +15,17 @@ enum class TableFormat { Text, Csv, Markdown, Latex, Json };
 [[nodiscard]] TableFormat table_format_from(std::string_view name);
 
 /// Calibrations as one material table in the layout of the paper's Fig. 20: material, reported,
-/// identified with its sigma, numerical with its mesh, b with its sigma, frequency, tan delta. CSV
-/// and JSON carry every digit.
+/// identified with its sigma, numerical with its mesh, b with its sigma, frequency, tan delta.
+///
+/// Text, Markdown and LaTeX are for people: MPa, ms and Hz, a value rounded where its sigma's
+/// second digit stands, to four digits where it has none; LaTeX needs the package booktabs. CSV and
+/// JSON are for programs: SI under the keys of material.json, every digit; CSV has one line a
+/// calibration with `nan` for what is not known, JSON is an array of material.json objects.
 [[nodiscard]] std::string format_material_table(const std::vector<Material>& materials,
                                                 TableFormat format);
+
+/// `value` ± `sigma`, both rounded where the second significant digit of sigma stands; `value`
+/// alone with four digits if sigma is not a positive number, "–" if value is not finite.
+[[nodiscard]] std::string text_with_sigma(double value, double sigma);
 
 }  // namespace twang
