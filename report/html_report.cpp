@@ -25,6 +25,23 @@ constexpr std::size_t kMostSectionsWithoutContents = 3;
 constexpr const char* kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
+/// Escaped text in which a number stays on one line with its sigma and its unit.
+std::string prose_html(std::string_view text) {
+  constexpr std::size_t kLongestUnit = 3;
+  constexpr std::string_view kPlusMinus = "±";
+  std::string bound;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view before = text.substr(0, i);
+    const std::string_view after = text.substr(i + 1);
+    const std::size_t word = std::min(after.find_first_of(" .,;:()"), after.size());
+    const bool after_number = i > 0 && std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0;
+    const bool binds = before.ends_with(kPlusMinus) ||
+                       (after_number && (after.starts_with(kPlusMinus) || word <= kLongestUnit));
+    bound += text[i] == ' ' && binds ? "\u00a0" : std::string(1, text[i]);
+  }
+  return escape_html(bound);
+}
+
 /// Whether a cell is a number, perhaps with a sign, a sigma or a unit, and belongs to the right.
 bool reads_as_number(std::string_view cell) {
   for (const std::string_view sign : {"-", "+", "−", "±", "<", ">", "≈"}) {
@@ -87,8 +104,8 @@ std::string key_figures_html(const TextTable& table) {
     html += fmt::format(
         "<div><dt>{}</dt><dd class=\"value\">{}</dd><dd class=\"meaning\">{}</dd></div>\n",
         escape_html(row[0]),
-        escape_html(row[1]),
-        escape_html(row[2]));
+        prose_html(row[1]),
+        prose_html(row[2]));
   }
   return html + "</dl>\n";
 }
@@ -97,7 +114,7 @@ std::string warnings_html(const std::vector<std::string>& warnings) {
   if (warnings.empty()) return {};
   std::string html = "<aside class=\"warnings\"><h2>Before you trust this</h2><ul>\n";
   for (const std::string& warning : warnings)
-    html += fmt::format("<li>{}</li>\n", escape_html(warning));
+    html += fmt::format("<li>{}</li>\n", prose_html(warning));
   return html + "</ul></aside>\n";
 }
 
@@ -131,6 +148,11 @@ TextTable chart_summary(const Chart& chart) {
 }
 
 std::string chart_html(const Chart& chart, const std::string& id) {
+  if (!detail::has_values(chart)) {
+    return fmt::format("<p class=\"hint\">{} over {}: there are no values to draw.</p>\n",
+                       escape_html(chart.y_label),
+                       escape_html(chart.x_label));
+  }
   return fmt::format(
       "<figure><div class=\"chart\" data-chart=\"{0}\" role=\"img\" aria-label=\"{1} over {2}\">"
       "</div>\n<noscript><p>The chart is drawn by a script, which this browser does not run. It "
@@ -147,7 +169,7 @@ std::string section_html(const ReportSection& section, std::size_t number) {
   std::string html =
       fmt::format("<section id=\"section-{}\"><h2>{}</h2>\n", number, escape_html(section.title));
   for (const std::string& paragraph : section.paragraphs)
-    html += fmt::format("<p>{}</p>\n", escape_html(paragraph));
+    html += fmt::format("<p>{}</p>\n", prose_html(paragraph));
   if (!section.picture_png.empty()) {
     html += fmt::format(
         "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\">"
@@ -204,15 +226,10 @@ std::string render_html(const ReportContent& content) {
                       detail::kPageStyle,
                       escape_html(content.title));
   if (!content.headline.empty())
-    html += fmt::format("<p class=\"headline\">{}</p>\n", escape_html(content.headline));
+    html += fmt::format("<p class=\"headline\">{}</p>\n", prose_html(content.headline));
   html += warnings_html(content.warnings);
   html += key_figures_html(content.key_figures);
   html += contents_html(content.sections);
-  if (with_charts) {
-    html +=
-        "<p class=\"hint\">Drag across a chart to look closer, double-click to see all of it, "
-        "click a name below it to hide that curve.</p>\n";
-  }
   for (std::size_t i = 0; i < content.sections.size(); ++i)
     html += section_html(content.sections[i], i + 1);
   html += "</main>\n" + footer_html(with_charts);

@@ -23,10 +23,11 @@ using detail::PlainTable;
 constexpr double kMegapascalsPerPascal = 1e-6;
 constexpr double kMillisecondsPerSecond = 1e3;
 constexpr int kDigitsWithoutSigma = 4;
+constexpr int kLossFactorDigits = 3;
 constexpr const char* kUnknown = "–";
 
-std::string number_text(double value) {
-  return std::isfinite(value) ? rounded_text(value, kDigitsWithoutSigma) : kUnknown;
+std::string number_text(double value, int digits = kDigitsWithoutSigma) {
+  return std::isfinite(value) ? rounded_text(value, digits) : kUnknown;
 }
 
 std::string mesh_text(const Material& material) {
@@ -59,7 +60,7 @@ PlainTable readable_table(const std::vector<Material>& materials) {
          text_with_sigma(material.damping_stiffness_b_s * kMillisecondsPerSecond,
                          material.damping_stiffness_b_sigma_s * kMillisecondsPerSecond),
          text_with_sigma(material.frequency_hz, material.frequency_sigma_hz),
-         number_text(material.tan_delta)});
+         number_text(material.tan_delta, kLossFactorDigits)});
   }
   return table;
 }

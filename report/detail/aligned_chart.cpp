@@ -134,6 +134,15 @@ AlignedChart align_series(const Chart& chart) {
   return aligned;
 }
 
+bool has_values(const Chart& chart) {
+  return std::any_of(chart.series.begin(), chart.series.end(), [&](const ChartSeries& series) {
+    const std::vector<Sample> samples = sorted_samples(series, chart.log_y);
+    return std::any_of(samples.begin(), samples.end(), [](const Sample& sample) {
+      return sample.cell.kind == ChartCell::Kind::Value;
+    });
+  });
+}
+
 std::string chart_json(const Chart& chart) {
   const AlignedChart aligned = align_series(chart);
   std::string series;

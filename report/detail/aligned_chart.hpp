@@ -32,6 +32,9 @@ struct AlignedChart {
 /// @throws InputError if a series has not as many x as y
 [[nodiscard]] AlignedChart align_series(const Chart& chart);
 
+/// Whether any series has a sample that can be drawn.
+[[nodiscard]] bool has_values(const Chart& chart);
+
 /// The chart as JSON, safe inside a script element: x_label, y_label, log_y, x, marks [{x, label}]
 /// and series [{label, style, y}], where a y of null is a gap and one of "" no sample.
 [[nodiscard]] std::string chart_json(const Chart& chart);

@@ -5,6 +5,8 @@
 
   const kPrintWidth = 660;  // CSS px that fit a printed page
   const kNumColors = 6;
+  const kMarkRowHeight = 16;
+  const kMostDottedSamples = 40;  // a line of so few samples shows them as dots
   const kAxisFont = "12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
   const kLabelFont = "13px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 
@@ -14,9 +16,8 @@
   function value_text(value) {
     if (value == null) return "–";
     const size = Math.abs(value);
-    if (size !== 0 && (size >= 1e6 || size < 1e-4)) return String(+value.toPrecision(5)).includes("e")
-      ? (+value.toPrecision(5)).toExponential() : value.toExponential(4);
-    return String(+value.toPrecision(5));
+    const rounded = +value.toPrecision(5);
+    return size !== 0 && (size >= 1e6 || size < 1e-4) ? rounded.toExponential() : String(rounded);
   }
 
   // As many decimals as the step between ticks needs, the same for all of them.
@@ -26,8 +27,9 @@
       const digits = Math.max(0, Math.floor(Math.log10(largest / step) + 1e-9));
       return ticks.map((tick) => (tick === 0 ? "0" : tick.toExponential(digits)));
     }
+    const is_whole = (number) => Math.abs(Math.round(number) - number) <= 1e-6 * number;
     let decimals = 0;
-    while (decimals < 6 && Math.abs(Math.round(step * 10 ** decimals) - step * 10 ** decimals) > 1e-6 * step * 10 ** decimals) ++decimals;
+    while (decimals < 6 && !is_whole(step * 10 ** decimals)) ++decimals;
     return ticks.map((tick) => tick.toFixed(decimals));
   }
 
@@ -35,17 +37,16 @@
     return "10" + String(power).replace(/[-0-9]/g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]));
   }
 
-  // Powers of ten if there are two or more of them, all ticks otherwise.
+  // The powers of ten among the ticks if there are two or more of them, else all ticks; null: not one of those.
+  function main_log_ticks(ticks) {
+    const is_power = (tick) => tick != null && Math.abs(Math.log10(tick) - Math.round(Math.log10(tick))) < 1e-9;
+    return ticks.filter(is_power).length < 2 ? ticks : ticks.map((tick) => (is_power(tick) ? tick : null));
+  }
+
   function log_tick_texts(ticks) {
-    const power_of = (tick) => {
-      const power = Math.log10(tick);
-      return Math.abs(power - Math.round(power)) < 1e-9 ? Math.round(power) : null;
-    };
-    const shown = ticks.filter((tick) => tick != null);
-    if (shown.filter((tick) => power_of(tick) !== null).length < 2) {
-      return ticks.map((tick) => (tick == null ? "" : String(+tick.toPrecision(3))));
-    }
-    return ticks.map((tick) => (tick == null || power_of(tick) === null ? "" : power_text(power_of(tick))));
+    const powers = ticks.filter((tick) => tick != null).every((tick) => Number.isInteger(+Math.log10(tick).toFixed(9)));
+    const text = (tick) => (powers ? power_text(Math.round(Math.log10(tick))) : String(+tick.toPrecision(3)));
+    return ticks.map((tick) => (tick == null ? "" : text(tick)));
   }
 
   // A sample with gaps on both sides would be a line of no length: it gets a dot.
@@ -72,6 +73,7 @@
   function series_options(series, index) {
     const stroke = color(`--series-${(index % kNumColors) + 1}`);
     const points = series.style === "points";
+    const few = series.style === "line" && series.y.filter((y) => typeof y === "number").length <= kMostDottedSamples;
     return {
       label: series.label,
       class: series.style,
@@ -79,57 +81,81 @@
       width: points ? 0 : 1.6,
       dash: series.style === "dashed" ? [6, 4] : undefined,
       paths: points ? () => null : undefined,
-      points: { show: points, size: points ? 4 : 3, width: 0, fill: stroke, stroke, filter: lonely_samples },
+      points: { show: points || few, size: few ? 6 : 4, width: 0, fill: stroke, stroke, filter: lonely_samples },
       value: (plot, value) => value_text(value),
     };
   }
 
-  // Vertical lines with their labels, which step down where they would overlap.
+  // The labels of the marks stand above the plot, on as many rows as keep them apart. `place_of` gives the canvas pixel of an x.
+  function arrange_marks(marks, ctx, place_of, left, right) {
+    const ratio = devicePixelRatio;
+    ctx.save();
+    ctx.font = kAxisFont.replace("12px", `${12 * ratio}px`);
+    const arranged = marks
+      .filter((mark) => mark.x !== null)
+      .map((mark) => ({ label: mark.label, place: place_of(mark.x), width: ctx.measureText(mark.label).width }))
+      .filter((mark) => mark.place >= left - 1 && mark.place <= right + 1)
+      .sort((a, b) => b.place - a.place);
+    ctx.restore();
+    // A label keeps clear of the labels on its row and of the lines that rise through it to higher rows.
+    const gap = 8 * ratio;
+    arranged.forEach((mark, index) => {
+      mark.start = Math.min(mark.place, right - mark.width);
+      const end = mark.start + mark.width + gap;
+      const collides = (other) => (other.row === mark.row && end > other.start)
+        || (other.row > mark.row && other.place > mark.start && other.place < end);
+      mark.row = 0;
+      while (arranged.slice(0, index).some(collides)) ++mark.row;
+    });
+    const num_rows = Math.max(0, ...arranged.map((mark) => mark.row + 1));
+    return { arranged, num_rows };
+  }
+
+  // Room above the plot for the labels; the place of the plot is not settled yet, its margins are near enough.
+  function room_for_marks(marks) {
+    return (plot) => {
+      const { min, max } = plot.scales.x;
+      if (!marks.length || min == null || !(max > min)) return 8;
+      const left = 64 * devicePixelRatio;
+      const right = (plot.width - 16) * devicePixelRatio;
+      const place_of = (x) => left + ((x - min) / (max - min)) * (right - left);
+      return 10 + kMarkRowHeight * arrange_marks(marks, plot.ctx, place_of, left, right).num_rows;
+    };
+  }
+
   function draw_marks(marks) {
     return (plot) => {
       const { ctx, bbox } = plot;
       const ratio = devicePixelRatio;
-      const shown = marks
-        .map((mark) => ({ label: mark.label, place: plot.valToPos(mark.x, "x", true) }))
-        .filter((mark) => mark.place >= bbox.left - 1 && mark.place <= bbox.left + bbox.width + 1)
-        .sort((a, b) => a.place - b.place);
-      const row_ends = [];
+      const { arranged } = arrange_marks(marks, ctx, (x) => plot.valToPos(x, "x", true), bbox.left, bbox.left + bbox.width);
       ctx.save();
       ctx.font = kAxisFont.replace("12px", `${12 * ratio}px`);
-      ctx.textBaseline = "top";
+      ctx.textBaseline = "bottom";
+      ctx.textAlign = "left";
       ctx.lineWidth = ratio;
-      for (const mark of shown) {
-        const width = ctx.measureText(mark.label).width;
-        const flips = mark.place + width + 6 * ratio > bbox.left + bbox.width;
-        const start = flips ? mark.place - width - 5 * ratio : mark.place + 5 * ratio;
-        let row = row_ends.findIndex((end) => end < start);
-        if (row < 0) row = row_ends.length;
-        row_ends[row] = start + width + 8 * ratio;
-        ctx.strokeStyle = color("--muted");
-        ctx.setLineDash([2 * ratio, 3 * ratio]);
+      ctx.strokeStyle = ctx.fillStyle = color("--muted");
+      ctx.setLineDash([2 * ratio, 3 * ratio]);
+      for (const mark of arranged) {
+        const bottom = bbox.top - (4 + kMarkRowHeight * mark.row) * ratio;
         ctx.beginPath();
-        ctx.moveTo(mark.place, bbox.top);
+        ctx.moveTo(mark.place, mark.row === 0 ? bbox.top : bottom + ratio);
         ctx.lineTo(mark.place, bbox.top + bbox.height);
         ctx.stroke();
-        const top = bbox.top + (4 + 16 * row) * ratio;
-        ctx.fillStyle = color("--paper");
-        ctx.globalAlpha = 0.8;
-        ctx.fillRect(start - 2 * ratio, top - ratio, width + 4 * ratio, 15 * ratio);
-        ctx.globalAlpha = 1;
-        ctx.fillStyle = color("--muted");
-        ctx.fillText(mark.label, start, top);
+        ctx.fillText(mark.label, mark.start, bottom);
       }
       ctx.restore();
     };
   }
 
   function axis_options(label, log) {
+    const filter = log ? { filter: (plot, ticks) => main_log_ticks(ticks) } : {};
     return {
       label,
       labelFont: kLabelFont,
       font: kAxisFont,
       stroke: color("--muted"),
-      grid: { stroke: color("--grid"), width: 1 },
+      ...filter,
+      grid: { stroke: color("--grid"), width: 1, ...filter },
       ticks: { show: false },
       values: log ? (plot, ticks) => log_tick_texts(ticks) : (plot, ticks, axis, space, step) => linear_tick_texts(ticks, step),
     };
@@ -149,10 +175,11 @@
     const options = {
       width,
       height: height_for(width),
+      padding: [room_for_marks(content.marks), null, null, null],
       scales: { x: { time: false }, y: content.log_y ? { distr: 3 } : {} },
       axes: [
-        { ...axis_options(content.x_label, false), labelGap: 2 },
-        { ...axis_options(content.y_label, content.log_y), size: y_axis_size, labelGap: 4 },
+        { ...axis_options(content.x_label, false), size: 30, labelSize: 22 },
+        { ...axis_options(content.y_label, content.log_y), size: y_axis_size, labelSize: 22 },
       ],
       series: [
         { label: content.x_label, value: (plot, value) => value_text(value) },
@@ -180,6 +207,11 @@
   });
   const draw_all = () => charts.forEach(draw);
   draw_all();
+
+  const hint = document.createElement("figcaption");
+  hint.className = "hint";
+  hint.textContent = "Drag across a chart to look closer, double-click to see all of it, click a name to hide its curve.";
+  charts[0]?.host.after(hint);
 
   const watcher = new ResizeObserver(() => {
     for (const { host, plot, width } of charts) {
