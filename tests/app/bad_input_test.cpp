@@ -58,7 +58,7 @@ void expect_refused(const std::vector<std::string>& arguments, const std::string
 class BadInput : public testing::Test {
  protected:
   void expect_film_refused(const fs::path& film, const std::string& must_name) {
-    const int before = folder.num_entries();
+    const std::size_t before = folder.num_entries();
     expect_refused({"calibrate", kStrip, film.string(), "--out", (folder / "new" / "out").string()},
                    must_name);
     expect_refused({"track",
@@ -74,7 +74,7 @@ class BadInput : public testing::Test {
   void expect_rig_refused(const std::string& rig_text, const std::string& must_name) {
     const fs::path rig = folder / "rig.toml";
     write_file_atomically(rig, rig_text);
-    const int before = folder.num_entries();
+    const std::size_t before = folder.num_entries();
     expect_refused({"calibrate", rig.string(), kStripFilm, "--out", (folder / "out").string()},
                    must_name);
     EXPECT_EQ(folder.num_entries(), before) << "something was left behind";
@@ -82,7 +82,7 @@ class BadInput : public testing::Test {
   void expect_trace_refused(const std::string& csv, const std::string& must_name) {
     const fs::path trace = folder / "trace.csv";
     write_file_atomically(trace, csv);
-    const int before = folder.num_entries();
+    const std::size_t before = folder.num_entries();
     expect_refused(
         {"calibrate", kStrip, "--trace", trace.string(), "--out", (folder / "out").string()},
         must_name);
@@ -163,7 +163,7 @@ TEST_F(BadInput, UnknownCommandsAndOptions) {
       {"track", kStrip, kStripFilm, "-o", (folder / "t.csv").string(), "--capture-fps", "-3"},
       "capture");
   expect_refused({"table", (folder / "nothing").string()}, "nothing");
-  EXPECT_EQ(folder.num_entries(), 0);
+  EXPECT_EQ(folder.num_entries(), 0U);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "core/atomic_file.hpp"
 #include "core/material_file.hpp"
 #include "tests/support/command.hpp"
+#include "tests/support/real_recordings.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

@@ -1,31 +1,57 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <string>
+#include <string_view>
 
 namespace twang::test {
 
-/// A fresh folder that goes with the object.
+/// An empty folder of its own, removed with all that is in it at the end.
 class TemporaryFolder {
  public:
-  TemporaryFolder();
-  ~TemporaryFolder();
+  TemporaryFolder() {
+    static std::atomic<int> counter = 0;
+    m_path = std::filesystem::path(::testing::TempDir()) /
+             ("twang_" + std::to_string(::getpid()) + "_" + std::to_string(counter++));
+    std::filesystem::create_directories(m_path);
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(m_path, ignored);
+  }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
   [[nodiscard]] const std::filesystem::path& path() const { return m_path; }
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
     return m_path / name;
   }
+  /// Writes a file, with the folders above it, and returns where it is.
+  std::filesystem::path write(const std::filesystem::path& name, std::string_view content) const {
+    const std::filesystem::path file = m_path / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream stream(file, std::ios::binary);
+    stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+    stream.close();
+    EXPECT_TRUE(stream.good()) << file;
+    return file;
+  }
   /// Number of files and folders in it, at any depth, hidden ones included.
-  [[nodiscard]] int num_entries() const;
+  [[nodiscard]] std::size_t num_entries() const {
+    std::size_t count = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::recursive_directory_iterator(m_path))
+      ++count;
+    return count;
+  }
 
  private:
   std::filesystem::path m_path;
 };
-
-/// The folder of real recordings beside the checkout, or that named by TWANG_REAL_DATA; empty if
-/// there is none.
-[[nodiscard]] std::filesystem::path real_recordings();
 
 }  // namespace twang::test
