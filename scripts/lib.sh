@@ -69,7 +69,7 @@ install_chart_library() {
   say "Fetching the chart library of the report with npm"
   rm -rf "$folder"
   mkdir -p "$folder"
-  cp "$project_dir/report/package.json" "$folder/"
+  cp "$project_dir/report/package.json" "$project_dir/report/package-lock.json" "$folder/"
   run_logged npm npm --prefix "$folder" ci --no-audit --no-fund
 }
 
