@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "coarsen/detail/sample_shapes.hpp"
 #include "coarsen/detail/surface_distance.hpp"
 #include "coarsen/mesh_ladder.hpp"
 
@@ -54,23 +55,7 @@ Surface surface_of(const HexMesh& mesh) {
   return surface;
 }
 
-/// The first `count` shapes of `rung` at the points of a surface, (3 points x count). Points beside
-/// the mesh move with its nearest element.
-Eigen::MatrixXd sample_shapes(const MeshRung& rung, const Eigen::Matrix3Xd& points, int count) {
-  Eigen::MatrixXd samples(3 * points.cols(), count);
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const MeshPoint point = locate(rung.mesh, points.col(i));
-    Eigen::MatrixXd value = Eigen::MatrixXd::Zero(3, count);
-    for (std::size_t n = 0; n < point.nodes.size(); ++n) {
-      value += point.weights(static_cast<Eigen::Index>(n)) *
-               rung.modes.shapes.block(3 * point.nodes[n], 0, 3, count);
-    }
-    samples.middleRows(3 * i, 3) = value;
-  }
-  return samples;
-}
-
-/// The same where the points are nodes of the mesh itself.
+/// The first `count` shapes of `rung` at its own `nodes`, (3 nodes x count).
 Eigen::MatrixXd shapes_at_nodes(const MeshRung& rung, const std::vector<int>& nodes, int count) {
   Eigen::MatrixXd samples(3 * static_cast<Eigen::Index>(nodes.size()), count);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -145,7 +130,8 @@ ModeComparison compare_modes(const MeshRung& fine, const MeshRung& coarse, int n
   const int num_fine = std::min(fine.modes.count(), num_modes + kSpareModes);
   const int num_coarse = std::min(coarse.modes.count(), num_modes + kSpareModes);
   const Eigen::MatrixXd fine_shapes = shapes_at_nodes(fine, surface.nodes, num_fine);
-  const Eigen::MatrixXd coarse_shapes = sample_shapes(coarse, surface.positions, num_coarse);
+  const Eigen::MatrixXd coarse_shapes =
+      sample_fields(coarse.mesh, coarse.modes.shapes.leftCols(num_coarse), surface.positions);
   const std::vector<int> fine_first = group_by_frequency(fine.modes, num_fine);
   const std::vector<int> coarse_first = group_by_frequency(coarse.modes, num_coarse);
   const double deflection =

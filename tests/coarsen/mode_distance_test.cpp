@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "coarsen/detail/sample_shapes.hpp"
 #include "coarsen/mesh_ladder.hpp"
 #include "core/constants.hpp"
 #include "fem/hex_mesh.hpp"
@@ -58,6 +59,33 @@ Field sum(double a, const Field& f, double b, const Field& g) {
   return [=](const Vector3d& x) { return Vector3d(a * f(x) + b * g(x)); };
 }
 
+TEST(SampleFields, EqualsLocatingEachPoint) {
+  // Points inside, on the surface, beside it by less and by much more than a cell.
+  const HexMesh mesh = mesh_part(test::l_rig(), 1.5e-3, ElementKind::Hex20);
+  Eigen::MatrixXd fields(mesh.num_dofs(), 2);
+  for (int n = 0; n < mesh.num_nodes(); ++n) {
+    const Vector3d x = mesh.nodes.col(n) * 100.0;
+    fields.block<3, 1>(3 * n, 0) = Vector3d(x.x() * x.y(), x.z() * x.z(), x.x() - x.y());
+    fields.block<3, 1>(3 * n, 1) = Vector3d(std::sin(x.x()), std::cos(x.z()), 1.0);
+  }
+  Eigen::Matrix3Xd points(3, 6);
+  points.col(0) << 0.0457, 0.0111, 0.0123;
+  points.col(1) << 0.0300, 0.0100, 0.0270;
+  points.col(2) << 0.0469, 0.0100, 0.0105;
+  points.col(3) << 0.0300, 0.0100, 0.0110;  // in the L's mouth
+  points.col(4) << 0.0, 0.0, 0.0;
+  points.col(5) << 0.1, 0.1, 0.1;
+  const Eigen::MatrixXd samples = sample_fields(mesh, fields, points);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const MeshPoint point = locate(mesh, points.col(i));
+    for (Eigen::Index k = 0; k < fields.cols(); ++k) {
+      const Vector3d expected = interpolate(point, fields.col(k));
+      const Vector3d sampled = samples.block<3, 1>(3 * i, k);
+      EXPECT_LE((sampled - expected).norm(), 1e-9 * (1.0 + expected.norm())) << i;  // round-off
+    }
+  }
+}
+
 // A parabola along x by chords of 2.5 mm: its sagitta over the peak is (dx / L)² / 4 = 1.6e-4.
 constexpr double kChord = 4e-4;
 
@@ -100,8 +128,8 @@ TEST(CompareModes, ASubspaceThatLacksADirectionDoesNotAgree) {
 }
 
 TEST(CompareModes, MeasuresAKnownDifference) {
-  // Both peaks are at the tip. A third of a twist that vanishes there would not do: the part added
-  // is e s (1 - s) along z, which is largest, e / 4, in the middle.
+  // A bump e s (1 - s) vanishes where the shape peaks, so that no scaling hides it; it is largest,
+  // e / 4, in the middle.
   const double e = 0.2;
   const Field bump = [=](const Vector3d& x) {
     const double s = x.x() / kSize.x();

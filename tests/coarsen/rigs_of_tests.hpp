@@ -36,7 +36,9 @@ inline Rig beam(const Eigen::Vector3d& size, double poissons_ratio, double densi
 
 /// The L-shaped calibration rig: plate, leg one cell thick at 1.5 mm, arm; 24 mm deep.
 inline Rig l_rig() {
-  const auto mm = [](double x, double y, double z) { return Eigen::Vector3d(x, y, z) * 1e-3; };
+  const auto mm = [](double x, double y, double z) -> Eigen::Vector3d {
+    return Eigen::Vector3d(x, y, z) * 1e-3;
+  };
   return rig_of_boxes({{mm(0, 0, 0), mm(60, 24, 3)},
                        {mm(45, 0, 3), mm(46.5, 24, 19.5)},
                        {mm(7.5, 0, 19.5), mm(46.5, 24, 27)}},
