@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "coarsen/mesh_ladder.hpp"
+#include "rigs/rig.hpp"
+
+namespace twang {
+
+/// Cell size at which the reference ladder starts: `start_dx_m`, else the smallest edge of the
+/// rig's solids, halved until every solid and clamp is caught and doubled while the mesh is too
+/// large.
+/// @throws InputError if no such size exists
+[[nodiscard]] double starting_dx(const Rig& rig,
+                                 const LadderOptions& options,
+                                 std::vector<std::string>& notes);
+
+/// Fills `reference`, `limit`, `convergent`, `accurate_rung` and notes of `ladder`.
+void refine_reference(const Rig& rig,
+                      double start_dx_m,
+                      const LadderOptions& options,
+                      MeshLadder& ladder);
+
+/// Fills `candidates`, `coarse`, `choice` and notes of `ladder`, whose reference stands.
+void choose_mesh(const Rig& rig,
+                 double start_dx_m,
+                 const LadderOptions& options,
+                 MeshLadder& ladder);
+
+}  // namespace twang

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "coarsen/mesh_ladder.hpp"
+#include "core/progress.hpp"
+#include "fem/elastic_body.hpp"
+#include "fem/hex_mesh.hpp"
+#include "rigs/rig.hpp"
+
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// A copy of `rig` in which the part's only material has no stated modulus, so that every rung is
+/// computed at 1 Pa and eigenvalues are proportional to E.
+/// @param notes  gets a sentence if the rig states the modulus
+/// @throws InputError if the rig lacks part or clamp, or the part has more than one material: then
+/// eq. (15) cannot tell them apart
+[[nodiscard]] Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes);
+
+/// Mesh, held nodes and the first `num_modes` eigenmodes of `rig` (fewer if the mesh has not that
+/// many), with its weights.
+/// @throws InputError if the part or a clamp vanishes at this dx; NumericalFailure if the
+/// eigenproblem fails
+[[nodiscard]] MeshRung compute_rung(
+    const Rig& rig, double dx_m, ElementKind kind, int num_modes, const ProgressCallback& progress);
+
+/// The rig's linear body with its weights.
+/// @param points  where the weights hang; from `mass_points`
+[[nodiscard]] ElasticBody linear_body(const Rig& rig,
+                                      const HexMesh& mesh,
+                                      const std::vector<ElasticMaterial>& materials,
+                                      const std::vector<MeshPoint>& points);
+/// Where the rig's weights hang on `mesh`.
+[[nodiscard]] std::vector<MeshPoint> mass_points(const Rig& rig, const HexMesh& mesh);
+
+/// Unknowns that a mesh of `kind` would have, held ones included, without building it as hex20.
+///
+/// On voxels the number of edges follows from Euler's V - E + F - C = 1.
+///
+/// @throws InputError as `mesh_part`
+[[nodiscard]] long count_dofs(const Rig& rig, double dx_m, ElementKind kind);
+
+/// "1.5 mm".
+[[nodiscard]] std::string millimetres(double length_m);
+/// "hex20 at 1.5 mm".
+[[nodiscard]] std::string describe(const HexMesh& mesh);
+
+}  // namespace twang

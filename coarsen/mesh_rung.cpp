@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "coarsen/detail/mesh_rung.hpp"
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <utility>
+
+namespace twang {
+
+std::string millimetres(double length_m) {
+  return rounded_text(length_m * kMillimetresPerMetre, 4) + " mm";
+}
+
+std::string describe(const HexMesh& mesh) {
+  return fmt::format("{} at {}", to_string(mesh.kind), millimetres(mesh.requested_dx_m));
+}
+
+Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes) {
+  if (rig.parts.empty()) throw InputError(fmt::format("rig \"{}\" has no part", rig.name));
+  if (rig.clamps.empty()) {
+    throw InputError(
+        fmt::format("rig \"{}\" has no clamp, a vibrating part must be held", rig.name));
+  }
+  std::set<std::string> used;
+  for (const PartSolid& solid : rig.parts) used.insert(solid.material);
+  if (used.size() > 1) {
+    throw InputError(
+        fmt::format("the part of rig \"{}\" has {} materials, one frequency can identify only one",
+                    rig.name,
+                    used.size()));
+  }
+  Rig result = rig;
+  for (RigMaterial& material : result.materials) {
+    if (material.name != *used.begin() || !material.youngs_modulus_pa) continue;
+    notes.push_back(fmt::format(
+        "material \"{}\" states its Young's modulus, the ladder does not use it", material.name));
+    material.youngs_modulus_pa.reset();
+  }
+  return result;
+}
+
+std::vector<ElasticMaterial> elastic_materials(const Rig& rig,
+                                               const HexMesh& mesh,
+                                               double unknown_modulus_pa) {
+  std::vector<ElasticMaterial> materials;
+  for (const std::string& name : mesh.material_names) {
+    const RigMaterial* stated = rig.find_material(name);
+    if (!stated) {
+      throw InputError(fmt::format("rig \"{}\" does not define material \"{}\"", rig.name, name));
+    }
+    ElasticMaterial material;
+    material.youngs_modulus_pa = stated->youngs_modulus_pa.value_or(unknown_modulus_pa);
+    material.poissons_ratio = stated->poissons_ratio;
+    material.density_kg_m3 = stated->density_kg_m3;
+    materials.push_back(material);
+  }
+  return materials;
+}
+
+std::vector<MeshPoint> mass_points(const Rig& rig, const HexMesh& mesh) {
+  std::vector<MeshPoint> points;
+  for (const PointMass& weight : rig.masses) points.push_back(locate(mesh, weight.at));
+  return points;
+}
+
+ElasticBody linear_body(const Rig& rig,
+                        const HexMesh& mesh,
+                        const std::vector<ElasticMaterial>& materials,
+                        const std::vector<MeshPoint>& points) {
+  ElasticBody body(mesh, materials, ConstitutiveModel::Linear);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    body.add_point_mass(points[i], rig.masses[i].mass_kg);
+  }
+  return body;
+}
+
+MeshRung compute_rung(const Rig& rig,
+                      double dx_m,
+                      ElementKind kind,
+                      int num_modes,
+                      const ProgressCallback& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::string stage =
+      fmt::format("eigenmodes of {} at {}", to_string(kind), millimetres(dx_m));
+  report_progress(progress, {stage, 0.0, 0.0});
+
+  MeshRung rung;
+  rung.mesh = mesh_part(rig, dx_m, kind);
+  rung.held_nodes = clamped_nodes(rung.mesh, rig);
+  const ElasticBody body =
+      linear_body(rig, rung.mesh, elastic_materials(rig, rung.mesh), mass_points(rig, rung.mesh));
+
+  const int num_free = rung.mesh.num_dofs() - 3 * static_cast<int>(rung.held_nodes.size());
+  EigenmodeOptions options;
+  options.count =
+      std::min(num_modes, num_free / 2);  // an iteration needs room beyond what it seeks
+  if (options.count < 1) {
+    throw InputError(fmt::format("{} leaves {} unknowns of \"{}\" free to move, too few to vibrate",
+                                 describe(rung.mesh),
+                                 num_free,
+                                 rig.name));
+  }
+  if (progress) {
+    options.progress = [&](const Progress& inner) {
+      return progress({stage, inner.done, inner.total});
+    };
+  }
+  rung.modes = compute_eigenmodes(body, rung.held_nodes, options);
+  if (!rung.modes.usable()) {
+    throw NumericalFailure(
+        fmt::format("no eigenmodes of {}: {}", describe(rung.mesh), rung.modes.message));
+  }
+  rung.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return rung;
+}
+
+long count_dofs(const Rig& rig, double dx_m, ElementKind kind) {
+  const HexMesh mesh = mesh_part(rig, dx_m, ElementKind::Hex8);
+  const long corners = mesh.num_nodes();
+  if (kind == ElementKind::Hex8) return 3 * corners;
+  const long cells = mesh.num_elements();
+  const long outer_faces = static_cast<long>(surface_faces(mesh).size());
+  const long edges = corners + 2 * cells + outer_faces / 2 - 1;
+  return 3 * (corners + edges);
+}
+
+}  // namespace twang

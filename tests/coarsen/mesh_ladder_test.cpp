@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "coarsen/mesh_ladder.hpp"
+
+#include "coarsen/detail/ladder_steps.hpp"
+#include "coarsen/detail/mesh_rung.hpp"
+#include "core/error.hpp"
+#include "tests/coarsen/rigs_of_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace twang {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
+
+Rig stub() { return test::beam(mm(40, 10, 5), 0.3, 1000.0); }
+
+LadderOptions small_ladder() {
+  LadderOptions options;
+  options.max_dofs = 8000;
+  options.num_frequencies = 6;
+  return options;
+}
+
+TEST(LadderOptions, DefaultsPass) { EXPECT_NO_THROW(LadderOptions{}.check()); }
+
+TEST(LadderOptions, EachBoundIsRefused) {
+  const std::vector<std::function<void(LadderOptions&)>> wrong = {
+      [](LadderOptions& o) { o.start_dx_m = 0.0; },
+      [](LadderOptions& o) { o.coarse_dx_m = -1e-3; },
+      [](LadderOptions& o) { o.convergent_change = 0.0; },
+      [](LadderOptions& o) { o.accurate_change = 1.0; },
+      [](LadderOptions& o) { o.shape_tolerance = -0.05; },
+      [](LadderOptions& o) { o.num_modes = 0; },
+      [](LadderOptions& o) { o.num_frequencies = 0; },
+      [](LadderOptions& o) { o.max_dofs = 0; }};
+  for (const auto& spoil : wrong) {
+    LadderOptions options;
+    spoil(options);
+    EXPECT_THROW(options.check(), InputError);
+  }
+}
+
+TEST(MeshLadder, RefusesARigThatLeavesNothingToIdentify) {
+  Rig without_part = stub();
+  without_part.parts.clear();
+  EXPECT_THROW((void)build_mesh_ladder(without_part), InputError);
+
+  Rig without_clamp = stub();
+  without_clamp.clamps.clear();
+  EXPECT_THROW((void)build_mesh_ladder(without_clamp), InputError);
+
+  Rig of_two_materials = stub();
+  RigMaterial other = of_two_materials.materials.front();
+  other.name = "other";
+  of_two_materials.materials.push_back(other);
+  of_two_materials.parts.push_back({"other", Box{mm(30, 0, 0), mm(40, 10, 5)}});
+  EXPECT_THROW((void)build_mesh_ladder(of_two_materials), InputError);
+}
+
+TEST(CountDofs, EqualsTheMeshThatIsBuilt) {
+  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {
+    EXPECT_EQ(count_dofs(stub(), 2.5e-3, kind), mesh_part(stub(), 2.5e-3, kind).num_dofs());
+    EXPECT_EQ(count_dofs(test::l_rig(), 1.5e-3, kind),
+              mesh_part(test::l_rig(), 1.5e-3, kind).num_dofs());
+  }
+}
+
+TEST(StartingDx, IsTheSmallestEdgeOfTheSolids) {
+  std::vector<std::string> notes;
+  EXPECT_DOUBLE_EQ(starting_dx(stub(), {}, notes), 5e-3);
+  EXPECT_DOUBLE_EQ(starting_dx(test::l_rig(), {}, notes), 1.5e-3);
+  Rig with_post = stub();
+  with_post.parts.push_back({"part", Cylinder{mm(35, 5, 5), mm(35, 5, 25), 2e-3}});
+  EXPECT_DOUBLE_EQ(starting_dx(with_post, {}, notes), 4e-3);
+  EXPECT_TRUE(notes.empty());
+}
+
+TEST(StartingDx, IsHalvedUntilNoSolidSlipsThroughTheCells) {
+  // A web of 1 mm whose middle falls on a face of 1 mm cells holds none of their centres but those
+  // of its lower face; moved by a hundredth, it holds none.
+  Rig rig = test::rig_of_boxes({{mm(0, 0, 0), mm(20, 10, 2)},
+                                {mm(9.51, 0, 2), mm(10.49, 10, 12)},
+                                {mm(0, 0, 12), mm(20, 10, 14)}},
+                               {mm(0, 0, 0), mm(20, 10, 0)},
+                               0.3,
+                               1000.0);
+  std::vector<std::string> notes;
+  EXPECT_LT(starting_dx(rig, {}, notes), 0.98e-3);
+}
+
+TEST(StartingDx, IsDoubledWhereTheMeshWouldBeTooLargeAndSaysSo) {
+  std::vector<std::string> notes;
+  LadderOptions options;
+  options.start_dx_m = 1.25e-3;
+  options.max_dofs = 3000;
+  EXPECT_DOUBLE_EQ(starting_dx(stub(), options, notes), 5e-3);
+  EXPECT_EQ(notes.size(), 1U);
+  options.max_dofs = 10;
+  EXPECT_THROW((void)starting_dx(stub(), options, notes), InputError);
+}
+
+TEST(MeshLadder, HalvesFromRungToRungAndFillsEveryPart) {
+  const MeshLadder ladder = build_mesh_ladder(stub(), small_ladder());
+  ASSERT_GE(ladder.reference.size(), 2U);
+  for (std::size_t i = 1; i < ladder.reference.size(); ++i) {
+    EXPECT_DOUBLE_EQ(ladder.reference[i].mesh.requested_dx_m,
+                     ladder.reference[i - 1].mesh.requested_dx_m / 2.0);
+    EXPECT_LT(ladder.reference[i].modes.lambda_per_s2(0),
+              ladder.reference[i - 1].modes.lambda_per_s2(0));  // a conforming mesh is too stiff
+  }
+  EXPECT_EQ(ladder.reference.front().mesh.kind, ElementKind::Hex20);
+  EXPECT_LT(ladder.limit.lambda_per_s2, ladder.reference.back().modes.lambda_per_s2(0));
+  EXPECT_GT(ladder.limit.relative_sigma, 0.0);
+  ASSERT_TRUE(ladder.accurate_rung.has_value());
+  EXPECT_EQ(ladder.coarse.mesh.kind, ElementKind::Hex8);
+  EXPECT_FALSE(ladder.choice.empty());
+  ASSERT_FALSE(ladder.candidates.empty());
+  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
+    const CoarseCandidate& candidate = ladder.candidates[i];
+    if (i > 0) {
+      EXPECT_DOUBLE_EQ(candidate.dx_m, 2.0 * ladder.candidates[i - 1].dx_m);
+      EXPECT_GT(candidate.natural_frequency_hz(0),
+                ladder.candidates[i - 1].natural_frequency_hz(0));  // coarser is stiffer
+    }
+    EXPECT_EQ(candidate.passes, candidate.comparison.max_difference <= 0.05);
+    EXPECT_GT(candidate.mean_frequency_error_before, 0.0);
+  }
+}
+
+TEST(MeshLadder, TakesTheCoarsestMeshThatKeepsTheShapes) {
+  const MeshLadder ladder = build_mesh_ladder(stub(), small_ladder());
+  double coarsest = 0.0;
+  for (const CoarseCandidate& candidate : ladder.candidates) {
+    if (candidate.passes) coarsest = std::max(coarsest, candidate.dx_m);
+  }
+  EXPECT_DOUBLE_EQ(ladder.coarse.mesh.requested_dx_m, coarsest);
+
+  LadderOptions strict = small_ladder();
+  strict.shape_tolerance = 1e-6;
+  const MeshLadder none = build_mesh_ladder(stub(), strict);
+  EXPECT_FALSE(none.candidates.front().passes);
+  EXPECT_DOUBLE_EQ(none.coarse.mesh.requested_dx_m, none.candidates.front().dx_m);
+  EXPECT_GT(none.notes.size(), ladder.notes.size());
+}
+
+TEST(MeshLadder, TheWantedCoarseMeshOverrulesTheChoice) {
+  LadderOptions options = small_ladder();
+  options.coarse_dx_m = 4e-3;
+  options.shape_tolerance = 1e-6;
+  const MeshLadder ladder = build_mesh_ladder(stub(), options);
+  ASSERT_EQ(ladder.candidates.size(), 1U);
+  EXPECT_FALSE(ladder.candidates.front().passes);
+  EXPECT_DOUBLE_EQ(ladder.coarse.mesh.requested_dx_m, 4e-3);
+}
+
+TEST(MeshLadder, TheStatedModulusTakesNoPartAndIsMentioned) {
+  const MeshLadder plain = build_mesh_ladder(stub(), small_ladder());
+  Rig stated = stub();
+  stated.materials.front().youngs_modulus_pa = 2e9;
+  const MeshLadder ladder = build_mesh_ladder(stated, small_ladder());
+  EXPECT_EQ(ladder.limit.lambda_per_s2, plain.limit.lambda_per_s2);
+  EXPECT_EQ(ladder.notes.size(), plain.notes.size() + 1);
+}
+
+TEST(MeshLadder, AWeightLowersTheEigenvalues) {
+  Rig weighted = stub();
+  weighted.masses.push_back({mm(40, 5, 2.5), 2e-3});
+  const double plain = build_mesh_ladder(stub(), small_ladder()).limit.lambda_per_s2;
+  const double loaded = build_mesh_ladder(weighted, small_ladder()).limit.lambda_per_s2;
+  // Rayleigh's estimate: 0.2357 of the beam's 2 g takes part in its first mode, to 2 %.
+  EXPECT_NEAR(loaded / plain, 0.2357 / 1.2357, 0.02 * 0.19);
+}
+
+TEST(MeshLadder, AStopAskedForComesThrough) {
+  LadderOptions options = small_ladder();
+  int calls = 0;
+  options.progress = [&](const Progress& progress) {
+    EXPECT_FALSE(progress.stage.empty());
+    return ++calls < 3;
+  };
+  EXPECT_THROW((void)build_mesh_ladder(stub(), options), Cancelled);
+  EXPECT_EQ(calls, 3);
+}
+
+}  // namespace
+}  // namespace twang
