@@ -105,7 +105,7 @@ SparseMatrix DampedBody::step_matrix(const Linearization& at) const {
     H = m_body.stiffness(at.u) +
         at.gamma_per_s * m_body.stiffness_damping(at.u + (rate / at.gamma_per_s) * at.v);
   }
-  H += (at.mu_per_s2 + at.gamma_per_s * m_a) * m_body.mass();
+  m_body.add_scaled_mass(at.mu_per_s2 + at.gamma_per_s * m_a, H);
   return m_free.restrict_matrix(H);
 }
 
