@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "core/progress.hpp"
 #include "core/termination.hpp"
 #include "fem/elastic_body.hpp"
 
@@ -21,26 +22,49 @@ struct StaticLoad {
       Eigen::Vector3d::Zero();  ///< displacement of that point: direction and length [m]
 };
 
+/// The nodal forces (3 num_nodes) that a force `force_n` at `point` amounts to, by the shape
+/// functions of its element [N].
+[[nodiscard]] Eigen::VectorXd nodal_force(const HexMesh& mesh,
+                                          const MeshPoint& point,
+                                          const Eigen::Vector3d& force_n);
+
 struct StaticOptions {
   double tolerance = 1e-9;  ///< of the residual, relative to the largest internal force met [-]
-  int max_newton_iterations = 60;
-  int load_steps = 1;  ///< halved further by itself when Newton fails
-  void check() const;
+  int max_newton_iterations = 60;  ///< within one load step
+  int load_steps = 1;              ///< halved further by itself when Newton fails
+  ProgressCallback progress = {};  ///< called per Newton iteration with the part of the load done
+  void check() const;              ///< throws InputError naming field, value, allowed range
 };
 
 struct StaticResult {
-  Eigen::VectorXd u;  ///< (3 num_nodes) [m]
+  Eigen::VectorXd u;  ///< (3 num_nodes) [m]; of the last load that was balanced if not usable()
   Eigen::VectorXd
       reaction;  ///< internal minus applied force; not zero at held nodes and the pulled point [N]
-  double pull_force_n = 0.0;  ///< that the pulled point carries along `pull` [N]
-  int newton_iterations = 0;
+  double pull_force_n = 0.0;   ///< that the pulled point carries along `pull` [N]
+  double load_fraction = 0.0;  ///< part of the load that was balanced, 1 if usable() [-]
+  double residual = 0.0;       ///< relative, as the tolerance is [-]
+  int newton_iterations = 0;   ///< of all load steps, failed ones included
+  int load_steps = 0;          ///< that were balanced
   Termination termination = Termination::NotRun;
-  std::string message;
+  std::string message;  ///< one sentence for a person
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
 };
 
-/// Static equilibrium of a body with `held_nodes` at rest: Newton with a line search on the energy.
+/// Static equilibrium of a body with `held_nodes` kept where they are: Newton with a line search on
+/// the total potential energy.
+///
+///     minimize  W(u) - f . u   subject to   c . u = |pull|,   c = sum_i N_i(point) pull / |pull|
+///
+/// The constraint is kept exactly, by its Lagrange multiplier (the force that `pull_force_n`
+/// reports): each Newton step solves K for two right-hand sides and takes the Schur complement.
+/// Load and constraint grow from those of `start` (whatever holds it in place) in `load_steps`
+/// parts; a part that fails is halved. Where K is indefinite its diagonal is raised until it can be
+/// factorized, so that what is found is a minimum. Residuals below the round-off of the internal
+/// force count as zero.
+///
 /// @param start  displacement to start from; empty: undeformed
+/// @throws InputError if no node is held, sizes disagree, or a point is pulled by nothing
+/// @throws Cancelled
 [[nodiscard]] StaticResult solve_static(const ElasticBody& body,
                                         const std::vector<int>& held_nodes,
                                         const StaticLoad& load,

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fem/static_solve.hpp"
+
+#include "core/error.hpp"
+#include "fem/linear_solver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace twang {
+namespace {
+
+constexpr double kSmallestLoadStep = 1.0 / 4096.0;     // of the whole load [-]
+constexpr double kSufficientDecrease = 1e-4;           // Armijo's constant [-]
+constexpr double kSmallestStepLength = 1.0 / 16384.0;  // of the Newton step [-]
+constexpr double kGapTolerance = 1e-12;  // of the prescribed displacement, relative to it [-]
+constexpr double kFirstShift = 1e-6;     // of the diagonal of K, relative [-]
+constexpr double kLargestShift = 10.0;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRoundOff = 8.0 * kEpsilon;  // of a sum over the elements at a node [-]
+
+/// Nodal forces and prescribed displacement at some part of the load, free degrees of freedom only.
+struct LoadStep {
+  Eigen::VectorXd force;  // [N]
+  double distance = 0.0;  // that c . u must have [m]
+};
+
+/// What Newton knows at a displacement.
+struct Balance {
+  Eigen::VectorXd gradient;  // internal minus applied force, free [N]
+  double multiplier = 0.0;   // force along the pull [N]
+  double residual = 0.0;     // [N]
+  double scale = 0.0;        // largest force [N]
+  double gap = 0.0;          // prescribed minus present displacement of the point [m]
+  double size = 0.0;         // largest displacement [m]
+  [[nodiscard]] bool finite() const { return std::isfinite(residual); }
+};
+
+enum class NewtonEnd { Balanced, TooManyIterations, NotFactorized, NoDescent, TurnedInsideOut };
+
+const char* reason(NewtonEnd end) {
+  switch (end) {
+    case NewtonEnd::Balanced:
+      return "balanced";
+    case NewtonEnd::TooManyIterations:
+      return "Newton's iteration did not converge";
+    case NewtonEnd::NotFactorized:
+      return "the stiffness could not be factorized";
+    case NewtonEnd::NoDescent:
+      return "no step lowered the energy";
+    case NewtonEnd::TurnedInsideOut:
+      return "elements turned inside out";
+  }
+  return "";
+}
+
+class StaticNewton {
+ public:
+  StaticNewton(const ElasticBody& body,
+               const FreeDofs& free,
+               Eigen::VectorXd constraint,
+               const StaticOptions& options)
+      : m_body(body),
+        m_free(free),
+        m_constraint(std::move(constraint)),
+        m_options(options),
+        m_solver(make_cholesky_solver()) {}
+
+  /// Balances `u` under `load`; leaves `u` wherever it ends.
+  NewtonEnd balance(const LoadStep& load, double fraction, Eigen::VectorXd& u) {
+    Balance state = evaluate(load, u);
+    for (int i = 0; i < m_options.max_newton_iterations; ++i) {
+      if (!state.finite()) return NewtonEnd::TurnedInsideOut;
+      const SparseMatrix K = m_free.restrict_matrix(m_body.stiffness(u));
+      m_round_off = kRoundOff * K.diagonal().cwiseProduct(m_free.restrict_vector(u)).norm();
+      if (balanced(state, load)) return NewtonEnd::Balanced;
+      report_progress(m_options.progress, {"loading", fraction, 1.0});
+      ++m_iterations;
+      Eigen::VectorXd p;
+      if (!newton_step(K, state, p)) return NewtonEnd::NotFactorized;
+      const NewtonEnd end = move(load, p, u, state);
+      if (end != NewtonEnd::Balanced) return end;
+    }
+    return balanced(state, load) ? NewtonEnd::Balanced : NewtonEnd::TooManyIterations;
+  }
+
+  [[nodiscard]] Balance evaluate(const LoadStep& load, const Eigen::VectorXd& u) {
+    const Eigen::VectorXd internal = m_body.internal_force(u);
+    Balance state;
+    state.gradient = m_free.restrict_vector(internal) - load.force;
+    Eigen::VectorXd residual = state.gradient;
+    if (pulled()) {
+      state.multiplier = m_constraint.dot(state.gradient) / m_constraint.squaredNorm();
+      residual -= state.multiplier * m_constraint;
+      state.gap = load.distance - m_constraint.dot(m_free.restrict_vector(u));
+    }
+    state.size = u.lpNorm<Eigen::Infinity>();
+    state.residual = residual.norm();
+    if (state.finite()) m_scale = std::max({m_scale, internal.norm(), load.force.norm()});
+    state.scale = m_scale;
+    return state;
+  }
+
+  [[nodiscard]] int iterations() const { return m_iterations; }
+
+ private:
+  [[nodiscard]] bool pulled() const { return m_constraint.size() > 0; }
+
+  [[nodiscard]] bool closed(const Balance& state, const LoadStep& load) const {
+    return std::abs(state.gap) <= kGapTolerance * (std::abs(load.distance) + state.size);
+  }
+
+  [[nodiscard]] bool balanced(const Balance& state, const LoadStep& load) const {
+    return closed(state, load) &&
+           state.residual <= std::max(m_options.tolerance * state.scale, m_round_off);
+  }
+
+  /// K with its diagonal raised until it is positive definite; sets the Newton step `p`.
+  bool newton_step(const SparseMatrix& K, const Balance& state, Eigen::VectorXd& p) {
+    if (!factorize(K)) return false;
+    Eigen::MatrixXd B(K.rows(), pulled() ? 2 : 1);
+    B.col(0) = state.gradient;
+    if (pulled()) B.col(1) = m_constraint;
+    Eigen::MatrixXd X;
+    if (m_solver->solve(B, X) != SolveStatus::Ok || !X.allFinite()) return false;
+    p = -X.col(0);
+    if (pulled()) {
+      const double schur = m_constraint.dot(X.col(1));  // cᵀ K⁻¹ c
+      if (!(schur > 0.0)) return false;
+      p += X.col(1) * ((state.gap - m_constraint.dot(p)) / schur);
+    }
+    return true;
+  }
+
+  bool factorize(const SparseMatrix& K) {
+    if (!m_analyzed && m_solver->analyze(K) != SolveStatus::Ok) return false;
+    m_analyzed = true;
+    SolveStatus status = m_solver->factorize(K);
+    if (status == SolveStatus::NotPositiveDefinite) {
+      const Eigen::VectorXd diagonal = K.diagonal().cwiseAbs();
+      for (double shift = kFirstShift;
+           status == SolveStatus::NotPositiveDefinite && shift <= kLargestShift;
+           shift *= 10.0) {
+        SparseMatrix raised = K;
+        for (int i = 0; i < raised.rows(); ++i) raised.coeffRef(i, i) += shift * diagonal[i];
+        status = m_solver->factorize(raised);
+      }
+    }
+    return status == SolveStatus::Ok;
+  }
+
+  [[nodiscard]] double potential(const LoadStep& load, const Eigen::VectorXd& u) const {
+    return m_body.elastic_energy(u) - load.force.dot(m_free.restrict_vector(u));
+  }
+
+  /// Goes along `p`: the whole way while the prescribed displacement is not yet reached, else by a
+  /// line search on the potential.
+  NewtonEnd move(const LoadStep& load,
+                 const Eigen::VectorXd& p,
+                 Eigen::VectorXd& u,
+                 Balance& state) {
+    const Eigen::VectorXd full = m_free.expand_vector(p);
+    if (pulled() && !closed(state, load)) {
+      u += full;
+      state = evaluate(load, u);
+      const bool sound = state.finite() && std::isfinite(m_body.elastic_energy(u));
+      return sound ? NewtonEnd::Balanced : NewtonEnd::TurnedInsideOut;
+    }
+    const double start = potential(load, u);
+    const double slope = state.gradient.dot(p);
+    const double blur = 64.0 * kEpsilon * (std::abs(start) + std::abs(load.force.dot(p)));
+    for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
+      const Eigen::VectorXd trial = u + step * full;
+      const double there = potential(load, trial);
+      if (!std::isfinite(there)) continue;
+      const Balance balance = evaluate(load, trial);
+      if (!balance.finite()) continue;
+      const bool lower = there <= start + kSufficientDecrease * step * slope;
+      // Near the minimum the energy's change drowns in round-off; the residual still tells.
+      const bool level = there <= start + blur && balance.residual < state.residual;
+      if (lower || level) {
+        u = trial;
+        state = balance;
+        return NewtonEnd::Balanced;
+      }
+    }
+    return NewtonEnd::NoDescent;
+  }
+
+  const ElasticBody& m_body;
+  const FreeDofs& m_free;
+  const Eigen::VectorXd m_constraint;  // c, free; empty: nothing is pulled
+  const StaticOptions& m_options;
+  std::unique_ptr<LinearSolver> m_solver;
+  bool m_analyzed = false;
+  double m_scale = 0.0;      // largest force met [N]
+  double m_round_off = 0.0;  // residual that is only round-off [N]
+  int m_iterations = 0;
+};
+
+void check_sizes(const ElasticBody& body,
+                 const std::vector<int>& held_nodes,
+                 const StaticLoad& load,
+                 const Eigen::VectorXd& start) {
+  const Eigen::Index dofs = body.mesh().num_dofs();
+  if (held_nodes.empty())
+    throw InputError("held_nodes is empty, static equilibrium needs a body that is held");
+  if (load.force.size() != 0 && load.force.size() != dofs)
+    throw InputError(
+        fmt::format("load.force has {} entries, must have {} (or none)", load.force.size(), dofs));
+  if (load.force.size() != 0 && !load.force.allFinite())
+    throw InputError("load.force has entries that are not finite, must be numbers");
+  if (start.size() != 0 && (start.size() != dofs || !start.allFinite()))
+    throw InputError(fmt::format(
+        "start has {} entries, must have {} finite ones (or none)", start.size(), dofs));
+  if (load.pulled_point && !(load.pull.norm() > 0.0 && load.pull.allFinite()))
+    throw InputError(fmt::format("load.pull is ({}, {}, {}) m, must have a length > 0",
+                                 load.pull.x(),
+                                 load.pull.y(),
+                                 load.pull.z()));
+}
+
+Eigen::VectorXd constraint_vector(const ElasticBody& body,
+                                  const FreeDofs& free,
+                                  const StaticLoad& load) {
+  if (!load.pulled_point) return {};
+  const Eigen::VectorXd c =
+      free.restrict_vector(nodal_force(body.mesh(), *load.pulled_point, load.pull.normalized()));
+  if (!(c.norm() > 0.0))
+    throw InputError("load.pulled_point lies among held nodes, must be free to move");
+  return c;
+}
+
+}  // namespace
+
+void StaticOptions::check() const {
+  if (!(tolerance > 0.0 && tolerance < 1.0))
+    throw InputError(fmt::format("tolerance is {}, must lie between 0 and 1", tolerance));
+  if (max_newton_iterations < 1)
+    throw InputError(
+        fmt::format("max_newton_iterations is {}, must be >= 1", max_newton_iterations));
+  if (load_steps < 1) throw InputError(fmt::format("load_steps is {}, must be >= 1", load_steps));
+}
+
+Eigen::VectorXd nodal_force(const HexMesh& mesh,
+                            const MeshPoint& point,
+                            const Eigen::Vector3d& force_n) {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(mesh.num_dofs());
+  for (std::size_t i = 0; i < point.nodes.size(); ++i)
+    force.segment<3>(3 * point.nodes[i]) += point.weights[static_cast<Eigen::Index>(i)] * force_n;
+  return force;
+}
+
+StaticResult solve_static(const ElasticBody& body,
+                          const std::vector<int>& held_nodes,
+                          const StaticLoad& load,
+                          const StaticOptions& options,
+                          const Eigen::VectorXd& start) {
+  options.check();
+  check_sizes(body, held_nodes, load, start);
+  const FreeDofs free(body.mesh().num_nodes(), held_nodes);
+  const Eigen::VectorXd c = constraint_vector(body, free, load);
+  const bool pulled = c.size() > 0;
+  const Eigen::VectorXd full_force =
+      load.force.size() != 0 ? load.force : Eigen::VectorXd::Zero(body.mesh().num_dofs()).eval();
+
+  StaticResult result;
+  result.u = start.size() != 0 ? start : Eigen::VectorXd::Zero(body.mesh().num_dofs()).eval();
+  LoadStep first{free.restrict_vector(body.internal_force(result.u)),
+                 pulled ? c.dot(free.restrict_vector(result.u)) : 0.0};
+  if (!first.force.allFinite()) {
+    result.termination = Termination::NumericalFailure;
+    result.message = "the displacement to start from turns elements inside out";
+    return result;
+  }
+  const LoadStep last{free.restrict_vector(full_force), pulled ? load.pull.norm() : 0.0};
+
+  StaticNewton newton(body, free, c, options);
+  double done = 0.0;
+  double part = 1.0 / options.load_steps;
+  NewtonEnd end = NewtonEnd::Balanced;
+  while (done < 1.0 && part >= kSmallestLoadStep) {
+    const double next = done + part > 1.0 - kSmallestLoadStep ? 1.0 : done + part;
+    const LoadStep step{first.force + next * (last.force - first.force),
+                        first.distance + next * (last.distance - first.distance)};
+    Eigen::VectorXd u = result.u;
+    end = newton.balance(step, done, u);
+    if (end == NewtonEnd::Balanced) {
+      result.u = u;
+      done = next;
+      ++result.load_steps;
+    } else {
+      part *= 0.5;
+    }
+  }
+  const Balance state = newton.evaluate(last, result.u);
+  result.reaction = body.internal_force(result.u) - full_force;
+  result.pull_force_n = state.multiplier;
+  result.residual = state.scale > 0.0 ? state.residual / state.scale : 0.0;
+  result.load_fraction = done;
+  result.newton_iterations = newton.iterations();
+  result.termination = done == 1.0 ? Termination::Converged : Termination::NumericalFailure;
+  result.message =
+      done == 1.0
+          ? fmt::format("in equilibrium after {} Newton iterations in {} load steps",
+                        result.newton_iterations,
+                        result.load_steps)
+          : fmt::format(
+                "no equilibrium found beyond {:.3g} % of the load: {}", 100.0 * done, reason(end));
+  return result;
+}
+
+}  // namespace twang

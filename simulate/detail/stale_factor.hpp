@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "fem/linear_solver.hpp"
+#include "simulate/detail/damped_body.hpp"
+
+#include <Eigen/Core>
+
+#include <memory>
+
+namespace twang::detail {
+
+/// The factor of a step matrix, kept as a preconditioner while the body moves on.
+///
+/// The factor belongs to the shape at which it was made; a free body turns away from it, so vectors
+/// are turned into that shape's frame and back, P⁻¹ = R H⁻¹ Rᵀ, with R the mean rotation since.
+///
+/// When to renew it: with F the cost of a factorization in iterations, and each step after it
+/// taking some more iterations than the one before, the cost per step is least when the iterations
+/// spent beyond those of a fresh factor add up to F.
+class StaleFactor {
+ public:
+  explicit StaleFactor(const DampedBody& body);
+
+  /// Factorizes the step matrix at `at`, that of the undeformed body if it is not positive definite
+  /// there.
+  /// @return  false if neither can be factorized (out of memory)
+  bool renew(const DampedBody::Linearization& at);
+  [[nodiscard]] bool ready() const { return m_ready; }
+  [[nodiscard]] int renewals() const { return m_renewals; }
+  /// Whether the weights of the factor are those of `at`.
+  [[nodiscard]] bool fits(const DampedBody::Linearization& at) const;
+
+  /// Turns the frame to displacement `u`; call before `apply`.
+  void follow(const Eigen::VectorXd& u);
+  /// P⁻¹ r, (3 num_nodes), 0 at held nodes; not finite if the solve fails.
+  [[nodiscard]] Eigen::VectorXd apply(const Eigen::VectorXd& r) const;
+
+  /// Norm of the forces that the factored matrix's diagonal makes of displacement `u` (its
+  /// stiffness alone) and increment `delta` (all of it): round-off of a residual is some eps of it;
+  /// 0 without a factor [N].
+  [[nodiscard]] double diagonal_force(const Eigen::VectorXd& u, const Eigen::VectorXd& delta) const;
+
+  /// Tells how many iterations a step took.
+  void count_step(int iterations);
+  /// Whether a new factor would pay.
+  [[nodiscard]] bool worn() const;
+
+ private:
+  [[nodiscard]] Eigen::Matrix3d mean_rotation(const Eigen::VectorXd& u) const;
+
+  const DampedBody& m_body;
+  std::unique_ptr<LinearSolver> m_solver;
+  Eigen::Matrix3Xd m_arms;  // rest positions from their mean [m]
+  Eigen::Matrix3d m_rotation_then = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d m_turn = Eigen::Matrix3d::Identity();  // R
+  Eigen::VectorXd m_diagonal;                            // of H, free [N/m]
+  Eigen::VectorXd m_stiffness_diagonal;                  // of H without inertia, free [N/m]
+  double m_mu = 0.0;
+  double m_gamma = 0.0;
+  bool m_analyzed = false;
+  bool m_ready = false;
+  int m_renewals = 0;
+  int m_fresh_iterations = -1;  // of the first step after a renewal
+  int m_excess_iterations = 0;  // spent since beyond those
+};
+
+}  // namespace twang::detail

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "simulate/newton.hpp"
+
+#include "core/constants.hpp"
+#include "simulate/detail/damped_body.hpp"
+#include "simulate/detail/minimal_residual.hpp"
+#include "simulate/detail/stale_factor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace twang {
+namespace {
+
+using detail::DampedBody;
+using detail::StaleFactor;
+
+constexpr double kSufficientDecrease = 1e-4;          // of the merit's square root, per step [-]
+constexpr double kSmallestStepLength = 1.0 / 1024.0;  // of the Newton step [-]
+constexpr int kMaxLinearIterations = 60;              // before a new factor is the better buy
+constexpr double kFirstForcing = 0.05;                // accuracy of the first linear solve [-]
+constexpr double kLargestForcing = 0.3;               // of any
+constexpr double kForcingMargin = 0.3;  // of the reduction that would just reach the tolerance [-]
+constexpr double kScaleMemory = 0.99;   // of the largest force met, a step [-]
+constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+struct StepNewton::Impl {
+  Impl(const ElasticBody& body, const std::vector<int>& held_nodes, NewtonOptions newton_options)
+      : damped(body, held_nodes), factor(damped), options(newton_options) {}
+
+  /// A trial increment with all that follows from it.
+  struct Trial {
+    Eigen::VectorXd delta;
+    Eigen::VectorXd u;
+    Eigen::VectorXd v;
+    Eigen::VectorXd resisting;
+    Eigen::VectorXd residual;
+    double norm = kNaN;  // ‖r‖ [N]
+    double scale = 0.0;  // largest force that takes part [N]
+    [[nodiscard]] bool finite() const { return std::isfinite(norm); }
+  };
+
+  [[nodiscard]] Trial evaluate(const StepEquation& equation, Eigen::VectorXd delta) const {
+    Trial trial;
+    trial.u = equation.u0 + delta;
+    trial.v = equation.gamma_per_s * delta + equation.v_offset;
+    const Eigen::VectorXd inertia =
+        equation.mu_per_s2 * damped.mass_product(delta - equation.delta_free);
+    trial.resisting = damped.resisting_force(trial.u, trial.v);
+    trial.residual = inertia + trial.resisting - equation.load;
+    trial.norm = trial.residual.norm();
+    trial.scale = std::max({inertia.norm(), trial.resisting.norm(), equation.load.norm()});
+    trial.delta = std::move(delta);
+    return trial;
+  }
+
+  [[nodiscard]] Trial best_of(const StepEquation& equation,
+                              const std::vector<Eigen::VectorXd>& guesses) const {
+    Trial best = evaluate(equation, guesses.front());
+    for (std::size_t i = 1; i < guesses.size(); ++i) {
+      Trial trial = evaluate(equation, guesses[i]);
+      if (!best.finite() || trial.norm < best.norm) best = std::move(trial);
+    }
+    if (!best.finite()) best = evaluate(equation, Eigen::VectorXd::Zero(equation.u0.size()));
+    return best;
+  }
+
+  [[nodiscard]] DampedBody::Linearization linearize(const StepEquation& equation,
+                                                    const Trial& trial) const {
+    DampedBody::Linearization at;
+    at.u = trial.u;
+    at.v = trial.v;
+    at.mu_per_s2 = equation.mu_per_s2;
+    at.gamma_per_s = equation.gamma_per_s;
+    return at;
+  }
+
+  [[nodiscard]] bool renew(const DampedBody::Linearization& at, StepReport& report) {
+    ++report.factorizations;
+    return factor.renew(at);
+  }
+
+  /// One Newton iteration; false and a sentence in the report if it cannot go on.
+  bool iterate(const StepEquation& equation, Trial& trial, double forcing, StepReport& report);
+  bool search_line(const StepEquation& equation,
+                   const Eigen::VectorXd& direction,
+                   double merit,
+                   Trial& trial) const;
+
+  DampedBody damped;
+  StaleFactor factor;
+  NewtonOptions options;
+  double force_scale = 0.0;       // largest force met, slowly forgotten [N]
+  double linear_reduction = 0.0;  // of the last linear solve [-]
+};
+
+bool StepNewton::Impl::search_line(const StepEquation& equation,
+                                   const Eigen::VectorXd& direction,
+                                   double merit,
+                                   Trial& trial) const {
+  for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
+    Trial there = evaluate(equation, trial.delta + step * direction);
+    if (!there.finite()) continue;
+    const double value = std::sqrt(there.residual.dot(factor.apply(there.residual)));
+    if (value <= (1.0 - kSufficientDecrease * step) * merit) {
+      trial = std::move(there);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool StepNewton::Impl::iterate(const StepEquation& equation,
+                               Trial& trial,
+                               double forcing,
+                               StepReport& report) {
+  DampedBody::Linearization at = linearize(equation, trial);
+  bool fresh = false;
+  if (!factor.fits(at) || factor.worn()) {
+    if (!renew(at, report)) {
+      report.message = "the matrix of the step could not be factorized";
+      return false;
+    }
+    fresh = true;
+  }
+  const auto precondition = [this](const Eigen::VectorXd& r) { return factor.apply(r); };
+  while (true) {
+    factor.follow(trial.u);
+    const Eigen::VectorXd downhill = factor.apply(-trial.residual);
+    const double merit = std::sqrt(-trial.residual.dot(downhill));
+    const auto jacobian = [&](const Eigen::VectorXd& w) { return damped.step_product(at, w); };
+    const auto linear = detail::minimal_residual(
+        jacobian, precondition, -trial.residual, downhill, forcing, kMaxLinearIterations);
+    report.linear_iterations += linear.iterations;
+    linear_reduction = linear.relative_residual;
+    const bool sound = std::isfinite(merit) && linear.finite && linear.iterations > 0;
+    if (sound && (linear.converged || fresh) && search_line(equation, linear.x, merit, trial))
+      return true;
+    if (!linear.finite && at.with_damping_rate) {  // u + v / gamma may turn elements inside out
+      at.with_damping_rate = false;
+      continue;
+    }
+    if (fresh) {
+      report.message = "no step lowered the residual force";
+      return false;
+    }
+    if (!renew(at, report)) {
+      report.message = "the matrix of the step could not be factorized";
+      return false;
+    }
+    fresh = true;
+  }
+}
+
+StepNewton::StepNewton(const ElasticBody& body,
+                       const std::vector<int>& held_nodes,
+                       NewtonOptions options)
+    : m_impl(std::make_unique<Impl>(body, held_nodes, options)) {}
+StepNewton::~StepNewton() = default;
+StepNewton::StepNewton(StepNewton&&) noexcept = default;
+StepNewton& StepNewton::operator=(StepNewton&&) noexcept = default;
+
+Eigen::VectorXd StepNewton::mass_product(const Eigen::VectorXd& w) const {
+  return m_impl->damped.mass_product(w);
+}
+
+Eigen::VectorXd StepNewton::resisting_force(const Eigen::VectorXd& u,
+                                            const Eigen::VectorXd& v) const {
+  return m_impl->damped.resisting_force(u, v);
+}
+
+StepSolution StepNewton::solve(const StepEquation& equation,
+                               const std::vector<Eigen::VectorXd>& guesses) {
+  Impl& impl = *m_impl;
+  StepSolution solution;
+  StepReport& report = solution.report;
+  report.termination = Termination::NumericalFailure;
+  Impl::Trial trial = impl.best_of(equation, guesses);
+  if (!trial.finite()) {
+    report.message = "elements are inside out, or the state or the load is not finite";
+    report.residual = kInfinity;
+    return solution;
+  }
+  double scale = kScaleMemory * impl.force_scale;
+  double forcing = kFirstForcing;
+  for (;; ++report.newton_iterations) {
+    scale = std::max(scale, trial.scale);
+    const double round_off = kRoundOff * impl.factor.diagonal_force(trial.u, trial.delta);
+    const double goal = std::max(impl.options.tolerance * scale, round_off);
+    report.residual = scale > 0.0 ? trial.norm / scale : 0.0;
+    if (trial.norm <= goal) {
+      report.termination = Termination::Converged;
+      break;
+    }
+    if (report.newton_iterations == impl.options.max_iterations) {
+      report.termination = Termination::IterationLimit;
+      report.message = fmt::format(
+          "the residual force is still {:.2g} of the forces after {} "
+          "Newton iterations",
+          report.residual,
+          report.newton_iterations);
+      break;
+    }
+    const double before = trial.norm;
+    const double accuracy = std::max(forcing, kForcingMargin * goal / trial.norm);
+    if (!impl.iterate(equation, trial, std::min(accuracy, kLargestForcing), report)) break;
+    // What the linear model did not foresee tells how far it may be trusted next time.
+    const double surprise = std::abs(trial.norm / before - impl.linear_reduction);
+    forcing = std::clamp(surprise, 1e-6, kLargestForcing);
+  }
+  impl.factor.count_step(report.linear_iterations);
+  if (report.termination != Termination::Converged) return solution;
+  impl.force_scale = scale;
+  solution.delta = std::move(trial.delta);
+  solution.resisting_force = std::move(trial.resisting);
+  return solution;
+}
+
+}  // namespace twang

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/termination.hpp"
+#include "fem/elastic_body.hpp"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// One implicit time step of a damped elastic body, as an equation for the displacement increment
+/// δ:
+///
+///     r(δ) = mu M (δ - δ̂) + f_int(u1) + D(u1) v1 - c = 0
+///     u1 = u0 + δ,   v1 = gamma δ + v̂,   D(u) = a M + sum of b_e K_e(u)
+///
+/// Trapezoidal Newmark has mu = 4/h², gamma = 2/h, δ̂ = h v0, v̂ = -v0 and c = 2 f_ext - f_int(u0) -
+/// D(u0) v0; implicit Euler mu = 1/h², gamma = 1/h, δ̂ = h v0, v̂ = 0, c = f_ext. Vectors are
+/// (3 num_nodes).
+struct StepEquation {
+  double mu_per_s2 = 0.0;      ///< mu > 0 [1/s²]
+  double gamma_per_s = 0.0;    ///< gamma > 0 [1/s]
+  Eigen::VectorXd u0;          ///< [m]
+  Eigen::VectorXd delta_free;  ///< δ̂, the increment of free motion [m]
+  Eigen::VectorXd v_offset;    ///< v̂ [m/s]
+  Eigen::VectorXd load;        ///< c [N]
+};
+
+/// Why a step stopped, and what it cost.
+struct StepReport {
+  int newton_iterations = 0;
+  int linear_iterations = 0;
+  int factorizations = 0;
+  double residual = 0.0;  ///< relative, at the end [-]
+  Termination termination = Termination::NotRun;
+  std::string message;  ///< one sentence for a person if it did not converge
+};
+
+struct StepSolution {
+  Eigen::VectorXd delta;            ///< [m]
+  Eigen::VectorXd resisting_force;  ///< f_int(u1) + D(u1) v1, 0 at held nodes [N]
+  StepReport report;
+};
+
+struct NewtonOptions {
+  double tolerance = 1e-8;  ///< of ‖r‖, relative to the inertia and resisting forces met [-]
+  int max_iterations = 30;
+};
+
+/// Solves step equations of one body by Newton's method.
+///
+/// Linear systems are solved by MINRES on the matrix-free Jacobian (derivative of D included),
+/// preconditioned by the Cholesky factor of an earlier step that is renewed when iterations add up
+/// to its cost; each only as accurately as Newton's convergence deserves [Eisenstat & Walker 1996].
+/// A line search lowers rᵀ P⁻¹ r, for which every MINRES iterate is a direction of descent, however
+/// stiff or indefinite the Jacobian. Residuals below the round-off of the forces count as zero.
+class StepNewton {
+ public:
+  /// Keeps a reference to `body`.
+  /// @throws InputError if a held node does not exist or the materials differ in a
+  StepNewton(const ElasticBody& body, const std::vector<int>& held_nodes, NewtonOptions options);
+  ~StepNewton();
+  StepNewton(StepNewton&&) noexcept;
+  StepNewton& operator=(StepNewton&&) noexcept;
+
+  /// M w.
+  [[nodiscard]] Eigen::VectorXd mass_product(const Eigen::VectorXd& w) const;
+  /// f_int(u) + D(u) v, 0 at held nodes [N].
+  [[nodiscard]] Eigen::VectorXd resisting_force(const Eigen::VectorXd& u,
+                                                const Eigen::VectorXd& v) const;
+  /// @param guesses  increments to start from, the one with the least residual is taken; 0 at held
+  /// nodes; at least one
+  [[nodiscard]] StepSolution solve(const StepEquation& equation,
+                                   const std::vector<Eigen::VectorXd>& guesses);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace twang

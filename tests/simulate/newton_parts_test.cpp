@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "simulate/detail/damped_body.hpp"
+#include "simulate/detail/minimal_residual.hpp"
+#include "tests/simulate/box_body.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace twang {
+namespace {
+
+using detail::DampedBody;
+
+Eigen::VectorXd noise(Eigen::Index size, unsigned seed, double amplitude) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
+  Eigen::VectorXd result(size);
+  for (Eigen::Index i = 0; i < size; ++i) result[i] = uniform(generator);
+  return result;
+}
+
+/// 2 x 2 x 2 cells of two materials, held at x = 0, some way from rest.
+struct TwoMaterials {
+  explicit TwoMaterials(double b_first, double b_second)
+      : body(make(b_first, b_second)),
+        held(test::nodes_at(body.mesh(), 0, 0.0)),
+        damped(body, held) {
+    at.u = noise(body.mesh().num_dofs(), 1, 3e-4);
+    at.v = noise(body.mesh().num_dofs(), 2, 0.05);
+    for (const int node : held) {
+      at.u.segment<3>(3 * node).setZero();
+      at.v.segment<3>(3 * node).setZero();
+    }
+    at.mu_per_s2 = 4e8;
+    at.gamma_per_s = 2e4;
+  }
+  static ElasticBody make(double b_first, double b_second) {
+    HexMesh mesh = test::box_mesh(ElementKind::Hex8, {2, 2, 2}, {0.01, 0.01, 0.01});
+    mesh.material_names = {"first", "second"};
+    for (std::size_t e = 0; e < mesh.material_of_element.size(); ++e)
+      mesh.material_of_element[e] = e % 3 == 0 ? 1 : 0;
+    return {mesh, {{1e6, 0.4, 1000.0, b_first, 5.0}, {3e6, 0.3, 1500.0, b_second, 5.0}}};
+  }
+  [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& delta) const {
+    return at.mu_per_s2 * damped.mass_product(delta) +
+           damped.resisting_force(at.u + delta, at.v + at.gamma_per_s * delta);
+  }
+  [[nodiscard]] double jacobian_error() const {
+    Eigen::VectorXd w = noise(at.u.size(), 3, 1.0);
+    for (const int node : held) w.segment<3>(3 * node).setZero();
+    const double step = 1e-8;  // [m]; round-off 1e-8, truncation far below
+    const Eigen::VectorXd difference = (residual(step * w) - residual(-step * w)) / (2.0 * step);
+    const Eigen::VectorXd product = damped.step_product(at, w);
+    return (product - difference).norm() / difference.norm();
+  }
+  ElasticBody body;
+  std::vector<int> held;
+  DampedBody damped;
+  DampedBody::Linearization at;
+};
+
+TEST(DampedBody, StepProductIsTheDerivativeOfTheForce) {
+  for (const double b_second : {1e-4, 3e-4}) {  // one b and two: different formulas
+    TwoMaterials bodies(1e-4, b_second);
+    const double fast = bodies.jacobian_error();
+    bodies.at.v *= 0.5;
+    const double slow = bodies.jacobian_error();
+    // K taken ahead is the derivative of D to second order in v; halving v divides it by four.
+    EXPECT_LT(fast, 1e-3);
+    EXPECT_LT(slow, 0.3 * fast);
+    bodies.at.with_damping_rate = false;
+    EXPECT_GT(bodies.jacobian_error(), 5.0 * slow);
+  }
+}
+
+TEST(DampedBody, StepMatrixIsItsProduct) {
+  for (const double b_second : {1e-4, 3e-4}) {
+    const TwoMaterials bodies(1e-4, b_second);
+    const Eigen::VectorXd w =
+        bodies.damped.free().expand_vector(noise(bodies.damped.free().size(), 4, 1.0));
+    const Eigen::VectorXd product =
+        bodies.damped.free().restrict_vector(bodies.damped.step_product(bodies.at, w));
+    const Eigen::VectorXd expected =
+        bodies.damped.step_matrix(bodies.at) * bodies.damped.free().restrict_vector(w);
+    EXPECT_LT((product - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
+TEST(MinimalResidual, SolvesDefiniteAndIndefiniteSystems) {
+  const int n = 30;
+  const Eigen::MatrixXd Q =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(
+          Eigen::Map<const Eigen::MatrixXd>(noise(n * n, 5, 1.0).data(), n, n))
+          .householderQ();
+  for (const bool definite : {true, false}) {
+    Eigen::VectorXd eigenvalues = Eigen::VectorXd::LinSpaced(n, 1.0, 30.0);
+    if (!definite) eigenvalues.head(4) *= -1.0;
+    const Eigen::MatrixXd A = Q * eigenvalues.asDiagonal() * Q.transpose();
+    const Eigen::VectorXd P = Eigen::VectorXd::LinSpaced(n, 1.0, 4.0);
+    const Eigen::VectorXd b = noise(n, 6, 1.0);
+    const auto apply = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return A * x; };
+    const auto precondition = [&](const Eigen::VectorXd& r) -> Eigen::VectorXd {
+      return r.cwiseQuotient(P);
+    };
+    const Eigen::VectorXd Pb = precondition(b);
+    double last = 1.0;
+    for (const int iterations : {1, 2, 5, 10}) {
+      const auto result = detail::minimal_residual(apply, precondition, b, Pb, 0.0, iterations);
+      const Eigen::VectorXd r = b - A * result.x;
+      const double norm = std::sqrt(r.dot(precondition(r)) / b.dot(Pb));
+      EXPECT_NEAR(result.relative_residual, norm, 1e-10);
+      EXPECT_LT(norm, last);
+      last = norm;
+    }
+    const auto solved = detail::minimal_residual(apply, precondition, b, Pb, 1e-10, 100);
+    EXPECT_TRUE(solved.converged);
+    EXPECT_LE(solved.iterations, n + 5);
+    EXPECT_LT((A * solved.x - b).norm(), 1e-9 * b.norm());
+  }
+}
+
+TEST(MinimalResidual, ExactPreconditionerNeedsOneIteration) {
+  const Eigen::VectorXd A = Eigen::VectorXd::LinSpaced(20, 1.0, 1e6);
+  const Eigen::VectorXd b = noise(20, 7, 1.0);
+  const auto apply = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return A.cwiseProduct(x); };
+  const auto precondition = [&](const Eigen::VectorXd& r) -> Eigen::VectorXd {
+    return r.cwiseQuotient(A);
+  };
+  const auto result = detail::minimal_residual(apply, precondition, b, precondition(b), 1e-12, 50);
+  EXPECT_EQ(result.iterations, 1);
+  EXPECT_TRUE(result.converged);
+}
+
+TEST(MinimalResidual, ProductThatIsNotFiniteStopsIt) {
+  const Eigen::VectorXd b = noise(5, 8, 1.0);
+  const auto broken = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return Eigen::VectorXd::Constant(x.size(), std::nan(""));
+  };
+  const auto same = [](const Eigen::VectorXd& r) { return r; };
+  const auto result = detail::minimal_residual(broken, same, b, b, 1e-8, 10);
+  EXPECT_FALSE(result.finite);
+  EXPECT_FALSE(result.converged);
+  EXPECT_TRUE(result.x.allFinite());
+}
+
+}  // namespace
+}  // namespace twang
