@@ -63,12 +63,10 @@ void run(const ModesCommand& command) {
   const ElementKind kind = element_kind_from(command.element);
   if (!(command.dx_mm > 0.0))
     throw InputError(fmt::format("--dx is {}, must be > 0 mm", command.dx_mm));
-  EigenmodeOptions options;
-  options.count = command.count;
-  options.progress = terminal_progress();
-  options.check();
-  const MeshRung rung = solve_rung(rig, command.dx_mm * kMetresPerMillimetre, kind, options);
-  if (!rung.modes.usable()) throw NumericalFailure(rung.modes.message);
+  if (command.count < 1)
+    throw InputError(fmt::format("--count is {}, must be >= 1", command.count));
+  const MeshRung rung = compute_rung(
+      rig, command.dx_mm * kMetresPerMillimetre, kind, command.count, terminal_progress());
   if (!command.vtu.empty()) write_shapes(command.vtu, rung.mesh, rung.modes);
   if (!command.json.empty()) write_json(command.json, modes_json(rung.mesh, rung.modes));
   if (command.json == "-") return;

@@ -50,8 +50,8 @@ struct RayleighFit {
 struct ModulusSensitivities {
   double dimension_per_m = 0.0;  ///< every outer face of the part moved outwards by half of it,
                                  ///< held nodes stay held: thickness [1/m]
-  double poissons_ratio = 0.0;  ///< by nu [-]
-  double density = 1.0;         ///< by ln rho; 1 exactly without added weights [-]
+  double poissons_ratio = 0.0;   ///< by nu [-]
+  double density = 1.0;          ///< by ln rho; 1 exactly without added weights [-]
 };
 /// The sensitivities on one hex20 mesh whose topology is kept.
 ///

@@ -84,14 +84,16 @@ struct MeshLadder {
 ///         NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
-/// Meshes a rig and solves for its modes, its added weights included, at its stated Young's moduli,
-/// else 1 Pa. A rig without clamps is a free body.
-/// @throws InputError as mesh_part and compute_eigenmodes do; a failed eigenproblem is in the
-/// result
-[[nodiscard]] MeshRung solve_rung(const Rig& rig,
-                                  double dx_m,
-                                  ElementKind kind,
-                                  const EigenmodeOptions& options);
+/// Mesh, held nodes and the first `num_modes` eigenmodes of a rig (fewer if the mesh has not that
+/// many), its weights included, at its stated Young's moduli, else 1 Pa. A rig without clamps is a
+/// free body.
+/// @throws InputError if the part or a clamp vanishes at this dx; NumericalFailure if the
+/// eigenproblem fails; Cancelled
+[[nodiscard]] MeshRung compute_rung(const Rig& rig,
+                                    double dx_m,
+                                    ElementKind kind,
+                                    int num_modes,
+                                    const ProgressCallback& progress = {});
 
 /// The materials of `mesh` as the eigenproblem wants them: the rig's stated Young's modulus, else
 /// `unknown_modulus_pa`.

@@ -19,13 +19,6 @@ namespace twang {
 /// eq. (15) cannot tell them apart
 [[nodiscard]] Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes);
 
-/// Mesh, held nodes and the first `num_modes` eigenmodes of `rig` (fewer if the mesh has not that
-/// many), with its weights.
-/// @throws InputError if the part or a clamp vanishes at this dx; NumericalFailure if the
-/// eigenproblem fails
-[[nodiscard]] MeshRung compute_rung(
-    const Rig& rig, double dx_m, ElementKind kind, int num_modes, const ProgressCallback& progress);
-
 /// The rig's linear body with its weights.
 /// @param points  where the weights hang; from `mass_points`
 [[nodiscard]] ElasticBody linear_body(const Rig& rig,
