@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -27,16 +25,33 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+/// The page without what stands between `begin` and `end`, which both stay.
+std::string without_inside(const std::string& html,
+                           const std::string& begin,
+                           const std::string& end) {
+  std::string rest = html;
+  for (std::size_t at = rest.find(begin); at != std::string::npos; at = rest.find(begin, at + 1)) {
+    const std::size_t inside = rest.find('>', at) + 1;
+    rest.erase(inside, rest.find(end, inside) - inside);
+  }
+  return rest;
+}
+
 /// The values of all attributes `name` in tags; what stands in scripts and styles is no tag.
 std::vector<std::string> attribute_values(const std::string& html, const std::string& name) {
-  static const std::regex script("<(script|style)([^>]*)>[^]*?</\\1>");
-  const std::string tags = std::regex_replace(html, script, "<$1$2>");
-  const std::regex attribute("<[^>]*\\s" + name + "\\s*=\\s*[\"']?([^\"'>]*)");
+  const std::string page =
+      without_inside(without_inside(html, "<script", "</script>"), "<style", "</style>");
   std::vector<std::string> values;
-  for (auto match = std::sregex_iterator(tags.begin(), tags.end(), attribute);
-       match != std::sregex_iterator();
-       ++match)
-    values.push_back((*match)[1]);
+  for (std::size_t open = page.find('<'); open != std::string::npos;
+       open = page.find('<', open + 1)) {
+    const std::string tag = page.substr(open, page.find('>', open) - open);
+    const std::string start = " " + name + "=\"";
+    const std::size_t value = tag.find(start);
+    EXPECT_EQ(tag.find(" " + name + "='"), std::string::npos);
+    if (value == std::string::npos) continue;
+    const std::size_t first = value + start.size();
+    values.push_back(tag.substr(first, tag.find('"', first) - first));
+  }
   return values;
 }
 
