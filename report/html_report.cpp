@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 
@@ -25,18 +26,38 @@ constexpr std::size_t kMostSectionsWithoutContents = 3;
 constexpr const char* kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
+bool is_unit(std::string_view word) {
+  static constexpr std::array kUnits = {"%",
+                                        "Pa",
+                                        "kPa",
+                                        "MPa",
+                                        "GPa",
+                                        "s",
+                                        "ms",
+                                        "µs",
+                                        "1/s",
+                                        "Hz",
+                                        "m",
+                                        "mm",
+                                        "µm",
+                                        "g",
+                                        "kg",
+                                        "rad",
+                                        "mrad",
+                                        "px"};
+  return std::find(kUnits.begin(), kUnits.end(), word) != kUnits.end();
+}
+
 /// Escaped text in which a number stays on one line with its sigma and its unit.
 std::string prose_html(std::string_view text) {
-  constexpr std::size_t kLongestUnit = 3;
   constexpr std::string_view kPlusMinus = "±";
   std::string bound;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::string_view before = text.substr(0, i);
     const std::string_view after = text.substr(i + 1);
-    const std::size_t word = std::min(after.find_first_of(" .,;:()"), after.size());
+    const std::string_view word = after.substr(0, after.find_first_of(" .,;:()"));
     const bool after_number = i > 0 && std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0;
-    const bool binds = before.ends_with(kPlusMinus) ||
-                       (after_number && (after.starts_with(kPlusMinus) || word <= kLongestUnit));
+    const bool binds = text.substr(0, i).ends_with(kPlusMinus) ||
+                       (after_number && (word == kPlusMinus || is_unit(word)));
     bound += text[i] == ' ' && binds ? "\u00a0" : std::string(1, text[i]);
   }
   return escape_html(bound);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Draws the charts of a report: every <div class="chart" data-chart="ID"> from the JSON in <script id="ID">.
+// Draws the charts of a report: in every element of class chart, the JSON of the script that its data-chart names.
 (() => {
   "use strict";
 
