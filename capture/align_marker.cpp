@@ -20,11 +20,12 @@ constexpr int kMostIterations = 25;
 constexpr double kConverged_px = 1e-3;   // last step; the error left is its square
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
-// The rim of paper that is used, beyond the marker: as far as pixel and blur reach, and within the
-// quarter of the size that a paper square of 1.5 sizes leaves.
+// The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and within
+// the quarter of the size that a paper square of 1.5 sizes leaves. The same for all blurs, so that
+// their residuals can be compared.
 constexpr double kLeastRim = 0.075;
 constexpr double kWidestRim = 0.22;
-constexpr double kRimBeyondBlur_px = 1.0;
+constexpr double kRim_px = 2.0;
 constexpr double kTaper_px = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
 constexpr double kLeastCover = 0.9;
@@ -76,8 +77,9 @@ class Alignment {
             const AlignOptions& options)
       : m_frame(frame), m_marker(marker), m_options(options), m_layout(marker, options) {
     m_result.placement = start;
-    const double rim_px = kRimBeyondBlur_px + 1.5 * marker.blur_px();
-    m_rim = std::clamp(rim_px / marker.size_px(), kLeastRim, kWidestRim);
+    m_window = start.px_from_pattern;
+    m_window_from_px = m_window.inverse();
+    m_rim = std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim);
     m_taper = kTaper_px / marker.size_px();
   }
 
@@ -85,7 +87,7 @@ class Alignment {
 
  private:
   MarkerTemplate::Sample smeared(double u, double v, double& by_motion) const;
-  double weight(double u, double v) const;
+  double weight(const Eigen::Vector2d& offset) const;
   Window window() const;
   void fill_row(const Eigen::Vector2d& offset, double u, double v, Row& row, double& value) const;
   bool accumulate();
@@ -100,6 +102,8 @@ class Alignment {
   MarkerAlignment m_result;
   double m_rim = 0.0;
   double m_taper = 0.0;
+  Eigen::Matrix2d m_window;  // px from the window's units, as the marker was at the start
+  Eigen::Matrix2d m_window_from_px;
   Eigen::Matrix2d m_pattern_from_px;
   Eigen::Vector2d m_path;  // motion in the pattern's units
   int m_path_samples = 1;
@@ -134,16 +138,16 @@ MarkerTemplate::Sample Alignment::smeared(double u, double v, double& by_motion)
   return sum;
 }
 
-/// 1 over the marker and its rim, falling to 0 over the last pixel of it.
-double Alignment::weight(double u, double v) const {
-  const double distance =
-      m_marker.is_round() ? std::hypot(u, v) : std::max(std::abs(u), std::abs(v));
+/// 1 over the marker and its rim, falling to 0 over the last pixel of it. The window keeps the shape
+/// the marker had at the start: residuals of different shapes are then comparable.
+double Alignment::weight(const Eigen::Vector2d& offset) const {
+  const Eigen::Vector2d uv = m_window_from_px * offset;
+  const double distance = m_marker.is_round() ? uv.norm() : uv.cwiseAbs().maxCoeff();
   return std::clamp((0.5 + m_rim - distance) / m_taper, 0.0, 1.0);
 }
 
 Window Alignment::window() const {
-  const Eigen::Matrix2d& shape = m_result.placement.px_from_pattern;
-  const Eigen::Vector2d reach = (0.5 + m_rim) * shape.cwiseAbs().rowwise().sum();
+  const Eigen::Vector2d reach = (0.5 + m_rim) * m_window.cwiseAbs().rowwise().sum();
   const Eigen::Vector2d& at = m_result.placement.position_px;
   return {std::max(0, static_cast<int>(std::ceil(at.x() - reach.x()))),
           std::min(m_frame.width_px, static_cast<int>(std::floor(at.x() + reach.x())) + 1),
@@ -200,9 +204,9 @@ bool Alignment::accumulate() {
     const std::uint8_t* pixels = m_frame.pixels + y * m_frame.stride;
     for (int x = area.x0; x < area.x1; ++x) {
       const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - placement.position_px;
-      const Eigen::Vector2d uv = m_pattern_from_px * offset;
-      const double w = weight(uv.x(), uv.y());
+      const double w = weight(offset);
       if (w <= 0.0) continue;
+      const Eigen::Vector2d uv = m_pattern_from_px * offset;
       double value = 0.0;
       fill_row(offset, uv.x(), uv.y(), row, value);
       const double difference = w * (pixels[x] - value);
@@ -216,7 +220,7 @@ bool Alignment::accumulate() {
   }
   const double side = 1.0 + 2.0 * m_rim - m_taper;
   const double expected = (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side *
-                          std::abs(placement.px_from_pattern.determinant());
+                          std::abs(m_window.determinant());
   m_cover = m_total_weight / expected;
   return m_cover >= kLeastCover && m_total_weight > 2.0 * n;
 }
@@ -281,7 +285,7 @@ void Alignment::judge() {
     for (int x = area.x0; x < area.x1; ++x) {
       const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - placement.position_px;
       const Eigen::Vector2d uv = m_pattern_from_px * offset;
-      const double w = weight(uv.x(), uv.y());
+      const double w = weight(offset);
       double& over = above[static_cast<std::size_t>(x - area.x0)];
       if (w < 0.5) {
         left = over = kNaN;

@@ -3,6 +3,8 @@
 
 #include "capture/marker_pattern.hpp"
 
+#include <Eigen/Core>
+
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -55,7 +57,7 @@ void MarkerTemplate::blur(double blur_px) {
     cv::GaussianBlur(values, values, {0, 0}, sigma, sigma, cv::BORDER_REPLICATE);
   }
   const float per_step = static_cast<float>(0.5 * m_samples_per_unit);
-  m_table.assign(m_sharp.size(), {1.0F, 0.0F, 0.0F});
+  m_table.assign(m_sharp.size(), {1.0F, 0.0F, 0.0F, 0.0F});
   for (int row = 1; row + 1 < m_side; ++row) {
     for (int column = 1; column + 1 < m_side; ++column) {
       auto& cell = m_table[static_cast<std::size_t>(row * m_side + column)];
@@ -72,19 +74,16 @@ MarkerTemplate::Sample MarkerTemplate::at(double u, double v) const {
   if (!(x >= 0.0 && y >= 0.0 && x < m_side - 1 && y < m_side - 1)) return {1.0, 0.0, 0.0};
   const int column = static_cast<int>(x);
   const int row = static_cast<int>(y);
-  const double fx = x - column;
-  const double fy = y - row;
-  const auto* upper = &m_table[static_cast<std::size_t>(row * m_side + column)];
-  const auto* lower = upper + m_side;
-  const double w00 = (1.0 - fx) * (1.0 - fy);
-  const double w10 = fx * (1.0 - fy);
-  const double w01 = (1.0 - fx) * fy;
-  const double w11 = fx * fy;
-  const auto mix = [&](std::size_t k) {
-    return w00 * static_cast<double>(upper[0][k]) + w10 * static_cast<double>(upper[1][k]) +
-           w01 * static_cast<double>(lower[0][k]) + w11 * static_cast<double>(lower[1][k]);
-  };
-  return {mix(0), mix(1), mix(2)};
+  const float fx = static_cast<float>(x - column);
+  const float fy = static_cast<float>(y - row);
+  using Cell = Eigen::Map<const Eigen::Array4f>;
+  const float* upper = m_table[static_cast<std::size_t>(row * m_side + column)].data();
+  const float* lower = upper + 4 * m_side;
+  const Eigen::Array4f above = (1.0F - fx) * Cell(upper) + fx * Cell(upper + 4);
+  const Eigen::Array4f below = (1.0F - fx) * Cell(lower) + fx * Cell(lower + 4);
+  const Eigen::Array4f mixed = (1.0F - fy) * above + fy * below;
+  return {static_cast<double>(mixed[0]), static_cast<double>(mixed[1]),
+          static_cast<double>(mixed[2])};
 }
 
 }  // namespace twang

@@ -51,7 +51,7 @@ class MarkerTemplate {
   double m_half_width = 0.0;        // of the sampled square [size]
   int m_side = 0;                   // samples along it
   std::vector<float> m_sharp;       // averaged over a pixel, not blurred
-  std::vector<std::array<float, 3>> m_table;  // value, du, dv
+  std::vector<std::array<float, 4>> m_table;  // value, du, dv, one to fill up
 };
 
 }  // namespace twang
