@@ -38,7 +38,8 @@ struct FilmOptions {
   double shake_px = 0.0;    ///< standard deviation of a slow hand-held motion [px]
   double flicker = 0.0;     ///< relative amplitude of the light's 100 Hz ripple [-]
   double doubled = 0.0;     ///< part of the frames that are repeats of the one before [-]
-  int crf = 18;             ///< H.264 constant rate factor; 0: lossless
+  double defocus_px = 0.6;  ///< standard deviation of the lens's Gaussian blur [px]
+  int crf = 14;             ///< H.264 constant rate factor; 0: lossless
   unsigned seed = 1;
   ProgressCallback progress = {};
   void check() const;  ///< throws InputError naming field, value, allowed range
@@ -52,11 +53,16 @@ struct FilmTruth {
   double mm_per_px = 0.0;                                 ///< at the middle of the picture [mm/px]
 };
 
-/// Renders a film of a moving rig: the part's silhouette, its markers, a bench, sensor noise,
-/// motion blur by sub-exposures, compression. The file appears whole or not at all; its extension
-/// chooses the container.
+/// Renders a film of a moving rig: the part's silhouette, its markers on white paper, a bench,
+/// motion blur by sub-exposures, defocus, sensor noise, compression. The file appears whole or not
+/// at all; its extension chooses the container. Linear light, global shutter.
 ///
-/// @param state_at  what there is to see at a time [s] >= 0
+/// The rig is seen along its camera's line of sight; everything it shows in the course of the film
+/// fits into the picture. Frame n is exposed around n / fps. Without tilt the map from the rig's
+/// plane to pixels is a similarity, with tilt that of a pinhole camera eight picture widths away; a
+/// marker's truth is the image of its position under that map, shake included.
+///
+/// @param state_at  what there is to see at a time [s] >= 0; asked in no particular order
 /// @throws InputError if the rig lacks markers or camera, or the file cannot be written; Cancelled
 FilmTruth render_film(const Rig& rig,
                       const std::function<FilmedState(double time_s)>& state_at,

@@ -177,11 +177,11 @@ VideoReader::VideoReader(const std::filesystem::path& path) : m_impl(std::make_u
   self.film = open_film(path);
   self.codec = open_decoder(path, *self.film.stream);
   const AVStream& stream = *self.film.stream;
-  check_luma(path, stream.codecpar->format);
   self.scan = scan_packets(path);
   if (!self.scan.broken.empty()) {
     throw InputError(fmt::format("{}: is cut off: {}", path.string(), self.scan.broken));
   }
+  check_luma(path, stream.codecpar->format);
   self.restore_order = self.scan.reordering_lost && stream.codecpar->video_delay > 0;
 
   VideoInfo& info = self.info;

@@ -10,11 +10,11 @@
 namespace twang {
 
 struct VideoWriterOptions {
-  double fps = 30.0;                      ///< > 0; stamps are n / fps [1/s]
-  int crf = 18;                           ///< H.264 constant rate factor, 0 (lossless) to 51
-  std::optional<double> capture_fps_tag;  ///< written as `com.android.capture.fps` in mp4 and mov,
-                                          ///< as slow-motion cameras do [1/s]
-  void check() const;                     ///< throws InputError naming field, value, allowed range
+  double fps = 30.0;                           ///< > 0; stamps are n / fps [1/s]
+  int crf = 18;                                ///< H.264 constant rate factor, 0 (lossless) to 51
+  std::optional<double> capture_fps_tag = {};  ///< written as `com.android.capture.fps` in mp4 and
+                                               ///< mov, as slow-motion cameras do [1/s]
+  void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
 /// Writes an H.264 film frame by frame (FFmpeg, libx264, yuv420p; full-range luma is kept as

@@ -83,7 +83,8 @@ std::string beyond_the_end(const AVFormatContext& container, AVStream& stream) {
     if (entry->size <= 0 || entry->pos + entry->size <= size) ++whole;
   }
   if (whole == count) return {};
-  return fmt::format("the file ends after {} of {} frames", whole, count);
+  if (stream.nb_frames <= 0) return fmt::format("the file ends after {} frames", whole);
+  return fmt::format("the file ends after {} of {} frames", whole, stream.nb_frames);
 }
 
 Ends compare_ends(const OpenedFilm& film, const std::vector<StreamSpan>& spans) {
