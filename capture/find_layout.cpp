@@ -174,7 +174,7 @@ void LayoutSearch::gather_candidates() {
     if (given < 0) {
       const int x = static_cast<int>(start->second.x());
       const int y = static_cast<int>(start->second.y());
-      const detail::PixelBox around{std::max(0, x - reach),
+      const detail::SearchBox around{std::max(0, x - reach),
                                     std::max(0, y - reach),
                                     std::min(m_frame.width_px, x + reach),
                                     std::min(m_frame.height_px, y + reach)};

@@ -48,7 +48,7 @@ struct Guess {
   double size_px;
 };
 
-std::vector<Blob> find_blobs(const cv::Mat& grey, const PixelBox& box, int window_px) {
+std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int window_px) {
   cv::Mat dark, labels, stats, centres;
   cv::adaptiveThreshold(
       grey, dark, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window_px, kLeastDarker);
@@ -158,7 +158,7 @@ const MarkerTemplate& TemplateStore::get(MarkerKind kind, double size_px) {
 
 std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
                                              const std::vector<MarkerKind>& kinds,
-                                             const PixelBox& box,
+                                             const SearchBox& box,
                                              TemplateStore& templates) {
   const int width = box.x1 - box.x0;
   const int height = box.y1 - box.y0;

@@ -20,7 +20,7 @@ struct MarkerCandidate {
 };
 
 /// A rectangle of pixels, half open.
-struct PixelBox {
+struct SearchBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
@@ -39,7 +39,7 @@ class TemplateStore {
 /// kinds fit one place, the best.
 [[nodiscard]] std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
                                                            const std::vector<MarkerKind>& kinds,
-                                                           const PixelBox& box,
+                                                           const SearchBox& box,
                                                            TemplateStore& templates);
 
 }  // namespace twang::detail
