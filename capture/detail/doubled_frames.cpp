@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/detail/doubled_frames.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+namespace twang::detail {
+namespace {
+
+constexpr int kBlock_px = 16;
+// Neighbours on either side that a frame is compared with: more than a film repeats in a row.
+constexpr std::size_t kNeighbours = 6;
+constexpr double kHardly = 0.25;        // of the neighbours' change
+constexpr double kNoNoise = 0.5;        // of the film's usual noise
+constexpr double kVisibleNoise = 0.15;  // mean change that noise must reach to be missed [grey levels]
+constexpr double kNothing = 0.5;        // change of the most changed block without noise [grey levels]
+constexpr double kMotion = 1.5;         // change of a block that shows motion [grey levels]
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void DoubledFrames::add(const LumaFrame& frame) {
+  const std::size_t size =
+      static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
+  const bool first = m_before.size() != size;
+  m_before.resize(size);
+  const int columns = (frame.width_px + kBlock_px - 1) / kBlock_px;
+  std::vector<double> changes;
+  std::vector<unsigned> row_of_blocks(static_cast<std::size_t>(columns));
+  for (int top = 0; top < frame.height_px; top += kBlock_px) {
+    const int bottom = std::min(top + kBlock_px, frame.height_px);
+    std::fill(row_of_blocks.begin(), row_of_blocks.end(), 0U);
+    for (int y = top; y < bottom; ++y) {
+      const std::uint8_t* now = frame.pixels + y * frame.stride;
+      std::uint8_t* before = m_before.data() + static_cast<std::ptrdiff_t>(y) * frame.width_px;
+      for (int block = 0; !first && block < columns; ++block) {
+        unsigned sum = 0;
+        const int end = std::min((block + 1) * kBlock_px, frame.width_px);
+        for (int x = block * kBlock_px; x < end; ++x) {
+          sum += static_cast<unsigned>(std::abs(now[x] - before[x]));
+        }
+        row_of_blocks[static_cast<std::size_t>(block)] += sum;
+      }
+      std::memcpy(before, now, static_cast<std::size_t>(frame.width_px));
+    }
+    for (int block = 0; block < columns; ++block) {
+      const int width = std::min((block + 1) * kBlock_px, frame.width_px) - block * kBlock_px;
+      changes.push_back(row_of_blocks[static_cast<std::size_t>(block)] /
+                        static_cast<double>(width * (bottom - top)));
+    }
+  }
+  m_largest.push_back(*std::max_element(changes.begin(), changes.end()));
+  m_typical.push_back(median(std::move(changes)));
+}
+
+std::vector<bool> DoubledFrames::decide() const {
+  const std::size_t n = m_largest.size();
+  std::vector<bool> doubled(n, false);
+  if (n < 3) return doubled;
+  const double noise = median({m_typical.begin() + 1, m_typical.end()});
+  for (std::size_t i = 1; i < n; ++i) {
+    double moving = 0.0;
+    for (std::size_t k = std::max<std::size_t>(1, i > kNeighbours ? i - kNeighbours : 1);
+         k < std::min(n, i + kNeighbours + 1);
+         ++k) {
+      if (k != i) moving = std::max(moving, m_largest[k]);
+    }
+    const bool stands = moving > kMotion && m_largest[i] < kHardly * moving;
+    const bool silent =
+        noise > kVisibleNoise ? m_typical[i] < kNoNoise * noise : m_largest[i] < kNothing;
+    doubled[i] = stands && silent;
+  }
+  return doubled;
+}
+
+}  // namespace twang::detail

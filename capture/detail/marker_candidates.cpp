@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/detail/marker_candidates.hpp"
+
+#include "capture/fit_marker.hpp"
+#include "core/constants.hpp"
+#include "core/units.hpp"
+
+#include <Eigen/SVD>
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace twang::detail {
+namespace {
+
+constexpr double kTemplateBlur_px = 0.7;
+constexpr double kSizeStep = 1.15;  // ratio of neighbouring sizes in the store
+// Side of the square whose mean a pixel is compared with; a marker is found at a few of them.
+constexpr std::array kWindows_px = {15, 31, 63, 127, 255, 511};
+constexpr double kLeastDarker = 12.0;  // than that mean, beyond noise and shading [grey levels]
+constexpr int kSmallestBlob_px = 5;
+constexpr double kLargestBlob = 0.9;  // in windows: beyond, the mean is the blob's own
+constexpr double kSmallestBlob = 0.12;
+constexpr double kLargestAspect = 1.9;
+constexpr double kLeastScore = 0.7;
+constexpr double kLeastContrast = 15.0;  // [grey levels]
+constexpr double kLargestSlant = 1.7;    // ratio of the longer to the shorter axis
+constexpr double kLargestMisfit = 1.7;   // fitted over guessed size, either way
+constexpr double kSamePlace = 0.35;      // in sizes
+constexpr double kGoodScore = 0.93;      // further turns are not tried
+
+/// A dark region and what its outline says.
+struct Blob {
+  Eigen::Vector2d centre_px;
+  double width_px, height_px, area_px;
+  [[nodiscard]] double fill() const { return area_px / (width_px * height_px); }
+  [[nodiscard]] double extent() const { return std::max(width_px, height_px); }
+};
+
+/// A marker that a blob might be.
+struct Guess {
+  Eigen::Vector2d centre_px;
+  double size_px;
+};
+
+std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int window_px) {
+  cv::Mat dark, labels, stats, centres;
+  cv::adaptiveThreshold(
+      grey, dark, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window_px, kLeastDarker);
+  const int count = cv::connectedComponentsWithStats(dark, labels, stats, centres, 8, CV_32S);
+  std::vector<Blob> blobs;
+  for (int i = 1; i < count; ++i) {
+    const int w = stats.at<int>(i, cv::CC_STAT_WIDTH);
+    const int h = stats.at<int>(i, cv::CC_STAT_HEIGHT);
+    const int extent = std::max(w, h);
+    const int left = stats.at<int>(i, cv::CC_STAT_LEFT);
+    const int top = stats.at<int>(i, cv::CC_STAT_TOP);
+    const bool at_edge = left == 0 || top == 0 || left + w == grey.cols || top + h == grey.rows;
+    if (at_edge || std::min(w, h) < kSmallestBlob_px || extent > kLargestAspect * std::min(w, h) ||
+        extent > kLargestBlob * window_px || extent < kSmallestBlob * window_px) {
+      continue;
+    }
+    blobs.push_back({{centres.at<double>(i, 0) + box.x0, centres.at<double>(i, 1) + box.y0},
+                     static_cast<double>(w),
+                     static_cast<double>(h),
+                     static_cast<double>(stats.at<int>(i, cv::CC_STAT_AREA))});
+  }
+  return blobs;
+}
+
+/// Markers of a kind that a blob's area and outline allow; the area of each kind's ink follows from
+/// its definition.
+std::vector<Guess> guesses(MarkerKind kind, const Blob& blob) {
+  const double fill = blob.fill();
+  const auto within = [fill](double low, double high) { return fill > low && fill < high; };
+  switch (kind) {
+    case MarkerKind::Dot:
+      if (within(0.62, 0.92)) return {{blob.centre_px, std::sqrt(4.0 / kPi * blob.area_px)}};
+      break;
+    case MarkerKind::Cross:  // 5/9 of its square; upright its arms reach the outline, turned not
+      if (within(0.3, 0.75)) return {{blob.centre_px, std::sqrt(1.8 * blob.area_px)}};
+      break;
+    case MarkerKind::Ring:  // the hole may have closed
+      if (within(0.4, 0.9)) return {{blob.centre_px, blob.extent()}};
+      break;
+    case MarkerKind::Checker: {
+      if (within(0.35, 0.68)) return {{blob.centre_px, std::sqrt(2.0 * blob.area_px)}};
+      if (!within(0.68, 1.01)) break;
+      // One quadrant alone: the marker's centre is its lower right or upper left corner.
+      const Eigen::Vector2d half(0.5 * blob.width_px, 0.5 * blob.height_px);
+      const double size = 2.0 * std::sqrt(blob.area_px);
+      return {{blob.centre_px + half, size}, {blob.centre_px - half, size}};
+    }
+    default:
+      break;
+  }
+  return {};
+}
+
+bool plausible(const MarkerAlignment& found, const Guess& guess) {
+  if (!found.converged || found.score < kLeastScore || found.contrast < kLeastContrast) {
+    return false;
+  }
+  const Eigen::Vector2d axes =
+      Eigen::JacobiSVD<Eigen::Matrix2d>(found.placement.px_from_pattern).singularValues();
+  const double ratio = placed_size_px(found.placement) / guess.size_px;
+  return axes[0] < kLargestSlant * axes[1] && ratio < kLargestMisfit &&
+         ratio > 1.0 / kLargestMisfit;
+}
+
+/// Aligns from a few turns and keeps the best.
+std::optional<MarkerCandidate> align_guess(const LumaFrame& frame,
+                                           MarkerKind kind,
+                                           const Guess& guess,
+                                           TemplateStore& templates) {
+  const MarkerTemplate& marker = templates.get(kind, guess.size_px);
+  AlignOptions options;
+  options.fit_shape = true;
+  options.farthest_px = 0.5 * guess.size_px + 1.0;
+  std::optional<MarkerCandidate> best;
+  for (const double turn_deg : {0.0, -16.0, 16.0}) {
+    const MarkerAlignment found = align_marker(
+        frame,
+        marker,
+        upright_marker(guess.centre_px, guess.size_px, turn_deg * kRadiansPerDegree),
+        options);
+    if (plausible(found, guess) && (!best || found.score > best->score)) {
+      best = {kind, found.placement, placed_size_px(found.placement), found.score};
+    }
+    if (!marker.has_turn() || (best && best->score > kGoodScore)) break;
+  }
+  return best;
+}
+
+bool same_place(const MarkerCandidate& a, const MarkerCandidate& b) {
+  return (a.placement.position_px - b.placement.position_px).norm() <
+         kSamePlace * std::max(a.size_px, b.size_px);
+}
+
+}  // namespace
+
+const MarkerTemplate& TemplateStore::get(MarkerKind kind, double size_px) {
+  const int step = static_cast<int>(std::lround(std::log(size_px) / std::log(kSizeStep)));
+  const auto key = std::pair(kind, step);
+  auto place = m_templates.find(key);
+  if (place == m_templates.end()) {
+    place = m_templates
+                .emplace(key, MarkerTemplate(kind, std::pow(kSizeStep, step), kTemplateBlur_px))
+                .first;
+  }
+  return place->second;
+}
+
+std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
+                                             const std::vector<MarkerKind>& kinds,
+                                             const SearchBox& box,
+                                             TemplateStore& templates) {
+  const int width = box.x1 - box.x0;
+  const int height = box.y1 - box.y0;
+  if (width < 2 * kSmallestBlob_px || height < 2 * kSmallestBlob_px) return {};
+  // OpenCV's header takes what it only reads as writable.
+  auto* first = const_cast<std::uint8_t*>(frame.pixels + box.y0 * frame.stride + box.x0);
+  const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(frame.stride));
+
+  std::vector<MarkerCandidate> found;
+  for (const int window_px : kWindows_px) {
+    if (window_px > 2 * std::min(width, height)) break;
+    for (const Blob& blob : find_blobs(grey, box, window_px)) {
+      for (const MarkerKind kind : kinds) {
+        for (const Guess& guess : guesses(kind, blob)) {
+          const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
+            return other.kind == kind && other.score > kGoodScore &&
+                   (other.placement.position_px - guess.centre_px).norm() <
+                       0.25 * kSamePlace * other.size_px;
+          });
+          if (known) continue;
+          if (auto candidate = align_guess(frame, kind, guess, templates)) {
+            found.push_back(*candidate);
+          }
+        }
+      }
+    }
+  }
+  std::stable_sort(
+      found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  std::vector<MarkerCandidate> best;
+  for (const MarkerCandidate& candidate : found) {
+    const bool taken = std::any_of(best.begin(), best.end(), [&](const auto& other) {
+      return same_place(candidate, other);
+    });
+    if (!taken) best.push_back(candidate);
+  }
+  return best;
+}
+
+}  // namespace twang::detail

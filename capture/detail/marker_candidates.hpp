@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "capture/align_marker.hpp"
+
+#include <Eigen/Core>
+
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace twang::detail {
+
+/// Something in a picture that looks like a marker of a kind.
+struct MarkerCandidate {
+  MarkerKind kind = MarkerKind::Dot;
+  MarkerPlacement placement;
+  double size_px = 0.0;  ///< outer size [px]
+  double score = 0.0;    ///< correlation with the ideal picture [-]
+};
+
+/// A rectangle of pixels, half open.
+struct SearchBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+/// Templates of moderate blur for any size, made when first asked for; sizes within a few per cent
+/// share one.
+class TemplateStore {
+ public:
+  [[nodiscard]] const MarkerTemplate& get(MarkerKind kind, double size_px);
+
+ private:
+  std::map<std::pair<MarkerKind, int>, MarkerTemplate> m_templates;
+};
+
+/// Everything in `box` that looks like a marker of one of `kinds`: dark blobs on a lighter surround
+/// at several scales, each aligned with the ideal picture and judged by its score. Where several
+/// kinds fit one place, the best.
+[[nodiscard]] std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
+                                                           const std::vector<MarkerKind>& kinds,
+                                                           const SearchBox& box,
+                                                           TemplateStore& templates);
+
+}  // namespace twang::detail

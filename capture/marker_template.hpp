@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "rigs/rig.hpp"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace twang {
+
+/// A marker's ideal picture as a camera sees it at one size and blur, with its gradient: the fixed
+/// reference that markers are aligned with, so that nothing can drift.
+///
+/// The pattern of `marker_pattern.hpp` is averaged over a pixel, blurred by a Gaussian and sampled
+/// finely once; afterwards a sample costs one bilinear look-up. Coordinates are those of the
+/// pattern: in units of the outer size, centred, x right, y down.
+class MarkerTemplate {
+ public:
+  /// Value (0 ink .. 1 paper) and its derivatives by the pattern's coordinates [1/size].
+  struct Sample {
+    double value;
+    double du;
+    double dv;
+  };
+
+  /// @param size_px  outer size of the marker in the picture, > 0 [px]
+  /// @param blur_px  standard deviation of the lens's blur, >= 0 [px]
+  /// @throws InputError for kinds whose picture is not known
+  MarkerTemplate(MarkerKind kind, double size_px, double blur_px);
+  /// The same marker with another blur; cheaper than starting anew.
+  [[nodiscard]] MarkerTemplate with_blur(double blur_px) const;
+
+  [[nodiscard]] Sample at(double u, double v) const;
+  [[nodiscard]] MarkerKind kind() const { return m_kind; }
+  [[nodiscard]] double size_px() const { return m_size_px; }
+  [[nodiscard]] double blur_px() const { return m_blur_px; }
+  /// Whether a turn of the marker can be seen.
+  [[nodiscard]] bool has_turn() const { return m_has_turn; }
+  /// Whether the marker ends at a circle (dot, ring) or at a square.
+  [[nodiscard]] bool is_round() const { return !m_has_turn; }
+
+ private:
+  void blur(double blur_px);
+
+  MarkerKind m_kind;
+  double m_size_px;
+  double m_blur_px = 0.0;
+  bool m_has_turn;
+  double m_samples_per_unit = 0.0;  // [1/size]
+  double m_half_width = 0.0;        // of the sampled square [size]
+  int m_side = 0;                   // samples along it
+  std::vector<float> m_sharp;       // averaged over a pixel, not blurred
+  std::vector<std::array<float, 4>> m_table;  // value, du, dv, one to fill up
+};
+
+}  // namespace twang
