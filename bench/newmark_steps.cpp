@@ -3,6 +3,7 @@
 //
 //   newmark_steps RIG [--dx-mm 1.5] [--pull-mm 7] [--step-s 1e-4] [--steps 200] [--element hex8]
 #include "core/units.hpp"
+#include "fem/linear_solver.hpp"
 #include "fem/static_solve.hpp"
 #include "rigs/load_rig.hpp"
 #include "simulate/energy.hpp"
