@@ -3,9 +3,16 @@
 
 #include <Eigen/Core>
 
+#include <string_view>
+
 namespace twang {
 
-enum class ConstitutiveModel { NeoHookean, Linear };
+enum class ConstitutiveModel { NeoHookean, SaintVenantKirchhoff, Linear };
+
+/// The name a scene file uses: "neo_hookean", "stvk", "linear".
+[[nodiscard]] std::string_view to_string(ConstitutiveModel model);
+/// @throws InputError for any other name
+[[nodiscard]] ConstitutiveModel constitutive_model_from(std::string_view name);
 
 /// Lamé's constants from Young's modulus and Poisson's ratio.
 struct LameConstants {
@@ -19,8 +26,9 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 /// Energy density [J/m³] at deformation gradient F; +infinity where det F <= 0 for the neo-Hookean
 /// model.
 ///
-///     neo-Hookean   psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)²
-///     linear        psi = mu e:e + lambda/2 (tr e)²,  e = sym(F) - I
+///     neo-Hookean             psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)²
+///     Saint Venant-Kirchhoff  psi = mu e:e + lambda/2 (tr e)²,  e = (F'F - I) / 2
+///     linear                  psi = mu e:e + lambda/2 (tr e)²,  e = sym(F) - I
 [[nodiscard]] double energy_density(ConstitutiveModel model,
                                     const LameConstants& lame,
                                     const Eigen::Matrix3d& F);

@@ -20,11 +20,15 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 /// (3 num_nodes) [m].
 ///
 /// Keeps the sparsity pattern and the slots of every element between calls; matrices are symmetric
-/// and stored whole.
+/// and stored whole, `stiffness` and `stiffness_damping` in one pattern, so that their values
+/// combine entry by entry. An empty vector stands for zero. Results do not depend on the number of
+/// threads.
+/// @throws InputError from all functions of u if its size is neither 0 nor 3 num_nodes
 class ElasticBody {
  public:
   /// @param materials  one for each of mesh.material_names, in that order
-  /// @throws InputError if their number disagrees, or E <= 0, rho <= 0, nu outside (-1, 0.5)
+  /// @throws InputError if their number disagrees, or E <= 0, rho <= 0, nu outside (-1, 0.5), a or
+  /// b < 0, or an element is turned inside out
   ElasticBody(HexMesh mesh,
               std::vector<ElasticMaterial> materials,
               ConstitutiveModel model = ConstitutiveModel::NeoHookean);
@@ -39,11 +43,17 @@ class ElasticBody {
   /// Adds a weight at a point of the mesh to the mass matrix and to `gravity_force`.
   void add_point_mass(const MeshPoint& point, double mass_kg);
 
-  /// Consistent mass matrix by the element's quadrature [kg].
+  /// Consistent mass matrix by the element's quadrature [kg]; it holds a third of the entries of a
+  /// stiffness.
   [[nodiscard]] const SparseMatrix& mass() const;
+  /// A += factor M for a matrix that `stiffness` or `stiffness_damping` returned, in its own
+  /// pattern.
+  /// @throws InputError for any other matrix
+  void add_scaled_mass(double factor, SparseMatrix& A) const;
   /// Stored energy [J]; +infinity if an element is turned inside out.
   [[nodiscard]] double elastic_energy(const Eigen::VectorXd& u) const;
-  /// Internal force, the gradient of the energy; external forces balance it at rest [N].
+  /// Internal force, the gradient of the energy; external forces balance it at rest [N]. Not a
+  /// number where `elastic_energy` is infinite.
   [[nodiscard]] Eigen::VectorXd internal_force(const Eigen::VectorXd& u) const;
   /// Tangent stiffness, the Hessian of the energy [N/m].
   [[nodiscard]] SparseMatrix stiffness(const Eigen::VectorXd& u) const;

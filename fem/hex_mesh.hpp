@@ -52,15 +52,19 @@ struct HexMesh {
 struct MeshPoint {
   int element = -1;
   Eigen::Vector3d xi =
-      Eigen::Vector3d::Zero();  ///< may lie outside [-1, 1] for a point beside the mesh [-]
+      Eigen::Vector3d::Zero();  ///< of the mesh's point nearest to it, in [-1, 1]³ [-]
   std::vector<int> nodes;
-  Eigen::VectorXd weights;     ///< shape functions at xi
-  Eigen::Matrix3Xd gradients;  ///< their derivatives by x, (3 x nodes) [1/m]
+  Eigen::VectorXd weights;     ///< shape functions at xi, continued linearly beside the mesh
+  Eigen::Matrix3Xd gradients;  ///< their derivatives by x at xi, (3 x nodes) [1/m]
   double distance_m = 0.0;     ///< from the mesh; 0 inside [m]
 };
 
-/// Finds where `position` lies; outside the mesh the nearest element's own shape functions are
-/// extrapolated, so a marker that overhangs moves as if glued to it.
+/// Finds where `position` lies; beside the mesh the field is continued from its nearest point x*,
+///
+///     value = u(x*) + grad u(x*) (position - x*),
+///
+/// so a marker that overhangs moves as if glued there, with the material's own turn and stretch.
+/// @throws InputError if the mesh has no element or the position is not finite. O(elements).
 [[nodiscard]] MeshPoint locate(const HexMesh& mesh, const Eigen::Vector3d& position);
 
 /// Value at `point` of a nodal vector field stacked as (3 num_nodes).

@@ -16,9 +16,12 @@ enum class ElementKind { Hex8, Hex20 };
 [[nodiscard]] ElementKind element_kind_from(std::string_view name);
 [[nodiscard]] int nodes_per_element(ElementKind kind);
 
-/// Values of the shape functions at `xi` in [-1, 1]³, (nodes). Node order: VTK's (VTK_HEXAHEDRON,
-/// VTK_QUADRATIC_HEXAHEDRON), which is also CalculiX's C3D8, C3D20 up to the last two groups of
-/// mid-edge nodes.
+/// Where node `node` of the element stands in [-1, 1]³: corners first, then mid-edge nodes. The
+/// order is VTK's (VTK_HEXAHEDRON, VTK_QUADRATIC_HEXAHEDRON), which is also that of C3D8 and C3D20
+/// in CalculiX's input.
+[[nodiscard]] Eigen::Vector3d reference_node(int node);
+
+/// Values of the shape functions at `xi` in [-1, 1]³, (nodes).
 [[nodiscard]] Eigen::VectorXd shape_functions(ElementKind kind, const Eigen::Vector3d& xi);
 /// Their derivatives by xi, (3 x nodes).
 [[nodiscard]] Eigen::Matrix3Xd shape_gradients(ElementKind kind, const Eigen::Vector3d& xi);

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fem/detail/shift_invert_lanczos.hpp"
+
+#include <arpack/arpack.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <mutex>
+#include <numeric>
+#include <vector>
+
+namespace twang {
+namespace {
+
+constexpr int kMaxRestarts = 300;
+constexpr int kShiftInvertMode = 3;
+
+/// ARPACK keeps its state in variables of its own: one iteration at a time.
+std::mutex& arpack_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// The arrays ARPACK works on.
+struct Workspace {
+  Workspace(int n, int count, Eigen::VectorXd start)
+      : size(n),
+        num_vectors(std::min(n, std::max(2 * count + 10, 30))),
+        residual(std::move(start)),
+        basis(n, num_vectors),
+        workd(3 * static_cast<Eigen::Index>(n)),
+        workl(static_cast<Eigen::Index>(num_vectors) * (num_vectors + 8)) {
+    iparam[0] = 1;  // exact shifts
+    iparam[2] = kMaxRestarts;
+    iparam[6] = kShiftInvertMode;
+  }
+  int size;
+  int num_vectors;
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd basis;
+  Eigen::VectorXd workd;
+  Eigen::VectorXd workl;
+  std::array<int, 11> iparam{};
+  std::array<int, 14> ipntr{};
+  int info = 1;  // the start vector is given
+
+  [[nodiscard]] auto slot(std::size_t which) { return workd.segment(ipntr[which] - 1, size); }
+};
+
+void iterate(Workspace& work, const ShiftedProblem& problem, int count, double tolerance) {
+  int request = 0;
+  for (;;) {
+    dsaupd_c(&request,
+             "G",
+             work.size,
+             "LM",
+             count,
+             tolerance,
+             work.residual.data(),
+             work.num_vectors,
+             work.basis.data(),
+             work.size,
+             work.iparam.data(),
+             work.ipntr.data(),
+             work.workd.data(),
+             work.workl.data(),
+             static_cast<int>(work.workl.size()),
+             &work.info);
+    if (request == -1) {
+      work.slot(1) = problem.apply_solver(problem.apply_mass(work.slot(0)));
+    } else if (request == 1) {
+      work.slot(1) = problem.apply_solver(work.slot(2));  // M x is at hand
+    } else if (request == 2) {
+      work.slot(1) = problem.apply_mass(work.slot(0));
+    } else {
+      return;
+    }
+  }
+}
+
+LanczosResult sorted(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& vectors) {
+  std::vector<int> order(static_cast<std::size_t>(lambda.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lambda[a] < lambda[b]; });
+  LanczosResult result;
+  result.lambda = lambda(order);
+  result.vectors = vectors(Eigen::all, order);
+  return result;
+}
+
+}  // namespace
+
+LanczosResult run_lanczos(const ShiftedProblem& problem, int count, double tolerance) {
+  const std::lock_guard<std::mutex> lock(arpack_mutex());
+  Workspace work(problem.size, count, problem.start);
+  iterate(work, problem, count, tolerance);
+  LanczosResult failure;
+  failure.termination =
+      work.info == 1 ? Termination::IterationLimit : Termination::NumericalFailure;
+  failure.message = fmt::format("the eigenvalue iteration found {} of {} modes (ARPACK dsaupd: {})",
+                                work.iparam[4],
+                                count,
+                                work.info);
+  if (work.info != 0 || work.iparam[4] < count) return failure;
+
+  Eigen::VectorXd lambda(count);
+  Eigen::MatrixXd vectors(problem.size, count);
+  const std::vector<int> select(static_cast<std::size_t>(work.num_vectors), 1);
+  int info = 0;
+  dseupd_c(1,
+           "A",
+           select.data(),
+           lambda.data(),
+           vectors.data(),
+           problem.size,
+           problem.sigma,
+           "G",
+           problem.size,
+           "LM",
+           count,
+           tolerance,
+           work.residual.data(),
+           work.num_vectors,
+           work.basis.data(),
+           problem.size,
+           work.iparam.data(),
+           work.ipntr.data(),
+           work.workd.data(),
+           work.workl.data(),
+           static_cast<int>(work.workl.size()),
+           &info);
+  if (info != 0) {
+    failure.termination = Termination::NumericalFailure;
+    failure.message = fmt::format("the eigenvectors could not be formed (ARPACK dseupd: {})", info);
+    return failure;
+  }
+  LanczosResult result = sorted(lambda, vectors);
+  result.termination = Termination::Converged;
+  result.message = fmt::format("{} modes in {} solves", count, work.iparam[8]);
+  return result;
+}
+
+}  // namespace twang

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fem/elastic_body.hpp"
+
+#include "core/constants.hpp"
+#include "core/error.hpp"
+#include "fem/detail/element_blocks.hpp"
+#include "fem/detail/element_geometry.hpp"
+#include "fem/detail/element_kernels.hpp"
+#include "fem/detail/node_graph.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace twang {
+namespace {
+
+constexpr std::size_t kMaxNodes = 20;
+
+void check_materials(const HexMesh& mesh, const std::vector<ElasticMaterial>& materials) {
+  if (materials.size() != mesh.material_names.size()) {
+    throw InputError(fmt::format(
+        "{} materials are given for a mesh with {}", materials.size(), mesh.material_names.size()));
+  }
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto require = [&](bool good, const char* key, double value, const char* bounds) {
+      if (good) return;
+      throw InputError(fmt::format(
+          "material \"{}\": {} is {}, must be {}", mesh.material_names[m], key, value, bounds));
+    };
+    const ElasticMaterial& at = materials[m];
+    const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+    const auto not_negative = [](double value) { return value >= 0.0 && std::isfinite(value); };
+    require(positive(at.youngs_modulus_pa), "youngs_modulus_pa", at.youngs_modulus_pa, "> 0");
+    require(at.poissons_ratio > -1.0 && at.poissons_ratio < 0.5,
+            "poissons_ratio",
+            at.poissons_ratio,
+            "> -1 and < 0.5");
+    require(positive(at.density_kg_m3), "density_kg_m3", at.density_kg_m3, "> 0");
+    require(not_negative(at.damping_stiffness_b_s),
+            "damping_stiffness_b_s",
+            at.damping_stiffness_b_s,
+            ">= 0");
+    require(not_negative(at.damping_mass_a_per_s),
+            "damping_mass_a_per_s",
+            at.damping_mass_a_per_s,
+            ">= 0");
+  }
+  if (mesh.material_of_element.size() != static_cast<std::size_t>(mesh.num_elements())) {
+    throw InputError(fmt::format("the mesh names the material of {} elements, must be {}",
+                                 mesh.material_of_element.size(),
+                                 mesh.num_elements()));
+  }
+  for (const int material : mesh.material_of_element) {
+    if (material >= 0 && static_cast<std::size_t>(material) < materials.size()) continue;
+    throw InputError(fmt::format("an element's material is number {}, must be in 0..{}",
+                                 material,
+                                 static_cast<int>(materials.size()) - 1));
+  }
+}
+
+/// Lamé constants of every element, the last batch filled up with zeros.
+struct ElementModuli {
+  std::vector<double> mu;
+  std::vector<double> lambda;
+};
+
+}  // namespace
+
+struct ElasticBody::Impl {
+  HexMesh mesh;
+  std::vector<ElasticMaterial> materials;
+  ConstitutiveModel model;
+  ElementKernels kernels;
+  ElementGeometry geometry;
+  ElementBlocks blocks;
+  NodeGraph graph;
+  ElementModuli moduli;          ///< of the stiffness
+  ElementModuli damping_moduli;  ///< the same times b
+  std::vector<double> node_mass;
+  SparseMatrix mass;
+
+  Impl(HexMesh mesh_of_body,
+       std::vector<ElasticMaterial> materials_of_body,
+       ConstitutiveModel model_of_body);
+
+  [[nodiscard]] ElementModuli scaled_moduli(bool by_damping) const;
+  void add_element_masses();
+
+  /// `u`, or zeros where it is empty.
+  [[nodiscard]] Eigen::VectorXd whole(const Eigen::VectorXd& u, const char* name) const;
+  void gather(const Eigen::VectorXd& field, int batch, double* lanes) const;
+  [[nodiscard]] ElementBatch batch_of(int batch, const ElementModuli& with) const;
+  [[nodiscard]] Eigen::VectorXd sum_forces(ElementKernels::Kernel kernel,
+                                           const ElementModuli& with,
+                                           const Eigen::VectorXd& u,
+                                           const Eigen::VectorXd* w) const;
+  void sum_tangents(const ElementModuli& with, const Eigen::VectorXd& u, double* values) const;
+  void scatter_tangent(int element, int lane, const double* tangent, double* values) const;
+};
+
+ElasticBody::Impl::Impl(HexMesh mesh_of_body,
+                        std::vector<ElasticMaterial> materials_of_body,
+                        ConstitutiveModel model_of_body)
+    : mesh(std::move(mesh_of_body)),
+      materials(std::move(materials_of_body)),
+      model(model_of_body),
+      kernels(select_kernels(mesh.kind, model)),
+      geometry(mesh),
+      blocks(mesh),
+      graph(mesh) {
+  check_materials(mesh, materials);
+  moduli = scaled_moduli(false);
+  damping_moduli = scaled_moduli(true);
+  add_element_masses();
+}
+
+ElementModuli ElasticBody::Impl::scaled_moduli(bool by_damping) const {
+  ElementModuli result;
+  const auto padded = static_cast<std::size_t>(geometry.num_batches() * kLanes);
+  result.mu.assign(padded, 0.0);
+  result.lambda.assign(padded, 0.0);
+  for (std::size_t e = 0; e < mesh.material_of_element.size(); ++e) {
+    const ElasticMaterial& material =
+        materials[static_cast<std::size_t>(mesh.material_of_element[e])];
+    const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
+    const double scale = by_damping ? material.damping_stiffness_b_s : 1.0;
+    result.mu[e] = scale * lame.mu;
+    result.lambda[e] = scale * lame.lambda;
+  }
+  return result;
+}
+
+void ElasticBody::Impl::add_element_masses() {
+  node_mass.assign(graph.neighbours().size(), 0.0);
+  Eigen::MatrixXd products = geometry.shape_products(0);
+  for (int e = 0; e < mesh.num_elements(); ++e) {
+    if (!geometry.congruent()) products = geometry.shape_products(e);
+    const auto material = mesh.material_of_element[static_cast<std::size_t>(e)];
+    const double density = materials[static_cast<std::size_t>(material)].density_kg_m3;
+    for (int b = 0; b < products.cols(); ++b) {
+      const int start = graph.start(mesh.elements(b, e));
+      for (int a = 0; a < products.rows(); ++a) {
+        node_mass[static_cast<std::size_t>(start + graph.rank(e, a, b))] +=
+            density * products(a, b);
+      }
+    }
+  }
+  mass = graph.diagonal_blocks(node_mass);
+}
+
+Eigen::VectorXd ElasticBody::Impl::whole(const Eigen::VectorXd& u, const char* name) const {
+  if (u.size() == 0) return Eigen::VectorXd::Zero(mesh.num_dofs());
+  if (u.size() == mesh.num_dofs()) return u;
+  throw InputError(fmt::format(
+      "{} has {} entries, must have {} (3 for each node)", name, u.size(), mesh.num_dofs()));
+}
+
+void ElasticBody::Impl::gather(const Eigen::VectorXd& field, int batch, double* lanes) const {
+  const auto nodes = mesh.elements.rows();
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int element = std::min(batch * kLanes + lane, mesh.num_elements() - 1);
+    for (Eigen::Index a = 0; a < nodes; ++a) {
+      const double* from = field.data() + 3 * mesh.elements(a, element);
+      for (int i = 0; i < 3; ++i) lanes[(3 * a + i) * kLanes + lane] = from[i];
+    }
+  }
+}
+
+ElementBatch ElasticBody::Impl::batch_of(int batch, const ElementModuli& with) const {
+  ElementBatch result;
+  result.geometry = geometry.batch(batch);
+  result.mu = with.mu.data() + batch * kLanes;
+  result.lambda = with.lambda.data() + batch * kLanes;
+  return result;
+}
+
+Eigen::VectorXd ElasticBody::Impl::sum_forces(ElementKernels::Kernel kernel,
+                                              const ElementModuli& with,
+                                              const Eigen::VectorXd& u,
+                                              const Eigen::VectorXd* w) const {
+  using Lanes = std::array<double, 3 * kMaxNodes * kLanes>;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(mesh.num_dofs());
+  blocks.for_each_batch([&](int index) {
+    Lanes u_lanes, w_lanes, force;
+    ElementBatch batch = batch_of(index, with);
+    gather(u, index, u_lanes.data());
+    batch.u = u_lanes.data();
+    if (w != nullptr) gather(*w, index, w_lanes.data());
+    batch.w = w_lanes.data();
+    kernel(batch, force.data());
+    const int last = std::min((index + 1) * kLanes, mesh.num_elements());
+    for (int element = index * kLanes; element < last; ++element) {
+      const int lane = element - index * kLanes;
+      for (Eigen::Index a = 0; a < mesh.elements.rows(); ++a) {
+        double* to = sum.data() + 3 * mesh.elements(a, element);
+        for (int i = 0; i < 3; ++i) {
+          to[i] += force[static_cast<std::size_t>((3 * a + i) * kLanes + lane)];
+        }
+      }
+    }
+  });
+  return sum;
+}
+
+void ElasticBody::Impl::scatter_tangent(int element,
+                                        int lane,
+                                        const double* tangent,
+                                        double* values) const {
+  const int nodes = static_cast<int>(mesh.elements.rows());
+  const double* block = tangent + lane;
+  for (int a = 0; a < nodes; ++a) {
+    const int node_a = mesh.elements(a, element);
+    for (int b = 0; b <= a; ++b, block += 9 * kLanes) {
+      const int node_b = mesh.elements(b, element);
+      double* to = values + graph.column_start(node_b, 0) + 3 * graph.rank(element, a, b);
+      const int stride = 3 * graph.degree(node_b);
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) to[k * stride + i] += block[(3 * k + i) * kLanes];
+      }
+      if (a == b) continue;
+      double* mirrored = values + graph.column_start(node_a, 0) + 3 * graph.rank(element, b, a);
+      const int mirrored_stride = 3 * graph.degree(node_a);
+      for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k)
+          mirrored[i * mirrored_stride + k] += block[(3 * k + i) * kLanes];
+      }
+    }
+  }
+}
+
+void ElasticBody::Impl::sum_tangents(const ElementModuli& with,
+                                     const Eigen::VectorXd& u,
+                                     double* values) const {
+  constexpr std::size_t kMaxPairs = kMaxNodes * (kMaxNodes + 1) / 2;
+  std::fill(values, values + 9 * graph.neighbours().size(), 0.0);
+  blocks.for_each_batch([&](int index) {
+    std::array<double, 3 * kMaxNodes * kLanes> u_lanes;
+    std::array<double, kMaxPairs * 9 * kLanes> tangent;
+    ElementBatch batch = batch_of(index, with);
+    gather(u, index, u_lanes.data());
+    batch.u = u_lanes.data();
+    kernels.tangent(batch, tangent.data());
+    const int last = std::min((index + 1) * kLanes, mesh.num_elements());
+    for (int element = index * kLanes; element < last; ++element) {
+      scatter_tangent(element, element - index * kLanes, tangent.data(), values);
+    }
+  });
+}
+
+ElasticBody::ElasticBody(HexMesh mesh,
+                         std::vector<ElasticMaterial> materials,
+                         ConstitutiveModel model)
+    : m_impl(std::make_unique<Impl>(std::move(mesh), std::move(materials), model)) {}
+ElasticBody::~ElasticBody() = default;
+ElasticBody::ElasticBody(ElasticBody&&) noexcept = default;
+ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
+
+const HexMesh& ElasticBody::mesh() const { return m_impl->mesh; }
+const std::vector<ElasticMaterial>& ElasticBody::materials() const { return m_impl->materials; }
+ConstitutiveModel ElasticBody::model() const { return m_impl->model; }
+const SparseMatrix& ElasticBody::mass() const { return m_impl->mass; }
+
+void ElasticBody::add_point_mass(const MeshPoint& point, double mass_kg) {
+  if (!(mass_kg > 0.0) || !std::isfinite(mass_kg)) {
+    throw InputError(fmt::format("a point mass is {} kg, must be > 0", mass_kg));
+  }
+  for (std::size_t b = 0; b < point.nodes.size(); ++b) {
+    for (std::size_t a = 0; a < point.nodes.size(); ++a) {
+      const int rank = m_impl->graph.find(point.nodes[a], point.nodes[b]);
+      if (rank < 0) throw InputError("a point mass lies at a point of another mesh");
+      const int at = m_impl->graph.start(point.nodes[b]) + rank;
+      m_impl->node_mass[static_cast<std::size_t>(at)] +=
+          mass_kg * point.weights[static_cast<Eigen::Index>(a)] *
+          point.weights[static_cast<Eigen::Index>(b)];
+    }
+  }
+  m_impl->mass = m_impl->graph.diagonal_blocks(m_impl->node_mass);
+}
+
+double ElasticBody::elastic_energy(const Eigen::VectorXd& u) const {
+  const Eigen::VectorXd whole_u = m_impl->whole(u, "u");
+  const int num_elements = m_impl->mesh.num_elements();
+  std::vector<double> energies(static_cast<std::size_t>(m_impl->geometry.num_batches() * kLanes));
+  m_impl->blocks.for_each_batch([&](int index) {
+    std::array<double, 3 * kMaxNodes * kLanes> lanes;
+    ElementBatch batch = m_impl->batch_of(index, m_impl->moduli);
+    m_impl->gather(whole_u, index, lanes.data());
+    batch.u = lanes.data();
+    m_impl->kernels.energy(batch, energies.data() + index * kLanes);
+  });
+  double sum = 0.0;
+  for (int e = 0; e < num_elements; ++e) sum += energies[static_cast<std::size_t>(e)];
+  return sum;
+}
+
+Eigen::VectorXd ElasticBody::internal_force(const Eigen::VectorXd& u) const {
+  return m_impl->sum_forces(m_impl->kernels.force, m_impl->moduli, m_impl->whole(u, "u"), nullptr);
+}
+
+SparseMatrix ElasticBody::stiffness(const Eigen::VectorXd& u) const {
+  SparseMatrix K = m_impl->graph.stiffness_pattern();
+  m_impl->sum_tangents(m_impl->moduli, m_impl->whole(u, "u"), K.valuePtr());
+  return K;
+}
+
+SparseMatrix ElasticBody::stiffness_damping(const Eigen::VectorXd& u) const {
+  SparseMatrix D = m_impl->graph.stiffness_pattern();
+  m_impl->sum_tangents(m_impl->damping_moduli, m_impl->whole(u, "u"), D.valuePtr());
+  return D;
+}
+
+Eigen::VectorXd ElasticBody::stiffness_product(const Eigen::VectorXd& u,
+                                               const Eigen::VectorXd& w) const {
+  const Eigen::VectorXd whole_w = m_impl->whole(w, "w");
+  return m_impl->sum_forces(
+      m_impl->kernels.product, m_impl->moduli, m_impl->whole(u, "u"), &whole_w);
+}
+
+Eigen::VectorXd ElasticBody::stiffness_damping_force(const Eigen::VectorXd& u,
+                                                     const Eigen::VectorXd& v) const {
+  const Eigen::VectorXd whole_v = m_impl->whole(v, "v");
+  return m_impl->sum_forces(
+      m_impl->kernels.product, m_impl->damping_moduli, m_impl->whole(u, "u"), &whole_v);
+}
+
+void ElasticBody::add_scaled_mass(double factor, SparseMatrix& A) const {
+  const NodeGraph& graph = m_impl->graph;
+  if (A.rows() != m_impl->mesh.num_dofs() || !A.isCompressed() ||
+      A.nonZeros() != 9 * static_cast<Eigen::Index>(graph.neighbours().size())) {
+    throw InputError("the mass is added to a matrix that is not a stiffness of the same body");
+  }
+  for (int b = 0; b < graph.num_nodes(); ++b) {
+    for (int column = 0; column < 3; ++column) {
+      double* to = A.valuePtr() + graph.column_start(b, column) + column;
+      for (int i = 0; i < graph.degree(b); ++i) {
+        to[3 * i] += factor * m_impl->node_mass[static_cast<std::size_t>(graph.start(b) + i)];
+      }
+    }
+  }
+}
+
+Eigen::VectorXd ElasticBody::gravity_force(const Eigen::Vector3d& gravity_m_s2) const {
+  // The shape functions sum to one, so the mass times a uniform acceleration is the load.
+  return m_impl->mass * gravity_m_s2.replicate(m_impl->mesh.num_nodes(), 1);
+}
+
+}  // namespace twang
