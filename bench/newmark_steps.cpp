@@ -3,6 +3,7 @@
 //
 //   newmark_steps RIG [--dx-mm 1.5] [--pull-mm 7] [--step-s 1e-4] [--steps 200] [--element hex8]
 #include "core/units.hpp"
+#include "fem/linear_solver.hpp"
 #include "fem/static_solve.hpp"
 #include "rigs/load_rig.hpp"
 #include "simulate/energy.hpp"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -106,15 +108,17 @@ int bench(const Settings& settings) {
   options.step_s = settings.step_s;
   NewmarkIntegrator integrator(body, held, options);
   const double energy = measure_energy(body, state).total_j();
+  const std::clock_t cpu = std::clock();
   const RunSummary summary =
       run(integrator, state, settings.step_s, settings.step_s * settings.steps, {});
   fmt::print("{}\n", summary.message);
   const double steps = std::max(summary.steps, 1);
   fmt::print(
-      "h {} s: {:.4f} s a step; a step takes {:.2f} Newton and {:.2f} linear iterations; "
+      "h {} s: {:.4f} s a step ({:.4f} s of processor); a step takes {:.2f} Newton and {:.2f} linear iterations; "
       "{} factorizations; energy {:.4g} -> {:.4g} J\n",
       settings.step_s,
       summary.wall_s / steps,
+      static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC / steps,
       static_cast<double>(summary.newton_iterations) / steps,
       static_cast<double>(summary.linear_iterations) / steps,
       summary.factorizations,

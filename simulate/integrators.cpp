@@ -14,8 +14,9 @@
 namespace twang {
 namespace {
 
-constexpr std::size_t kIncrementsKept = 4;
-constexpr double kWholeSteps = 1e-9;  // slack of duration / step, round-off of a quotient [-]
+constexpr std::size_t kIncrementsKept = 5;
+constexpr std::size_t kLargestOrder = 3;  // higher ones amplify what alternates
+constexpr double kWholeSteps = 1e-9;      // slack of duration / step, round-off of a quotient [-]
 
 void check_load(const ElasticBody& body, const Eigen::VectorXd& force) {
   if (force.size() != 0 && (force.size() != body.mesh().num_dofs() || !force.allFinite()))
@@ -25,15 +26,21 @@ void check_load(const ElasticBody& body, const Eigen::VectorXd& force) {
                     body.mesh().num_dofs()));
 }
 
-/// Value at the next step of the polynomial through the last `order` increments.
-Eigen::VectorXd extrapolate(const std::deque<Eigen::VectorXd>& increments, std::size_t order) {
-  Eigen::VectorXd next = Eigen::VectorXd::Zero(increments.front().size());
-  double binomial = 1.0;
-  for (std::size_t i = 0; i < order; ++i) {
-    const auto k = static_cast<double>(i);
-    binomial *= (static_cast<double>(order) - k) / (k + 1.0);
-    next += (i % 2 == 0 ? binomial : -binomial) * increments[i];
+/// The next increment if the last ones were a polynomial in time of degree below `order`, and, if
+/// `alternating`, another that changes sign with each step: what the trapezoidal rule makes of very
+/// stiff motion.
+Eigen::VectorXd extrapolate(const std::deque<Eigen::VectorXd>& increments,
+                            std::size_t order,
+                            bool alternating) {
+  // Coefficients of (1 - x)^order (1 + x), x the shift to the step before.
+  std::vector<double> annihilator = {1.0};
+  for (std::size_t factor = 0; factor < order + (alternating ? 1 : 0); ++factor) {
+    annihilator.push_back(0.0);
+    for (std::size_t i = annihilator.size() - 1; i > 0; --i)
+      annihilator[i] += (factor < order ? -1.0 : 1.0) * annihilator[i - 1];
   }
+  Eigen::VectorXd next = Eigen::VectorXd::Zero(increments.front().size());
+  for (std::size_t i = 1; i < annihilator.size(); ++i) next -= annihilator[i] * increments[i - 1];
   return next;
 }
 
@@ -93,11 +100,11 @@ struct NewmarkIntegrator::Impl {
   }
 
   [[nodiscard]] std::vector<Eigen::VectorXd> guesses(const BodyState& state) const {
-    if (increments.empty()) return {options.step_s * state.v};
-    std::vector<Eigen::VectorXd> candidates;
-    for (std::size_t order = increments.size(); order + 1 >= increments.size() && order > 0;
-         --order)
-      candidates.push_back(extrapolate(increments, order));
+    const std::size_t count = increments.size();
+    if (count == 0) return {options.step_s * state.v};
+    std::vector<Eigen::VectorXd> candidates = {
+        extrapolate(increments, std::min(count, kLargestOrder), false)};
+    if (count > 1) candidates.push_back(extrapolate(increments, count - 1, true));
     return candidates;
   }
 

@@ -41,8 +41,9 @@ struct StepNewton::Impl {
     Eigen::VectorXd v;
     Eigen::VectorXd resisting;
     Eigen::VectorXd residual;
-    double norm = kNaN;  // ‖r‖ [N]
-    double scale = 0.0;  // largest force that takes part [N]
+    Eigen::VectorXd preconditioned;  // P⁻¹ r, empty until it is wanted
+    double norm = kNaN;              // ‖r‖ [N]
+    double scale = 0.0;              // largest force that takes part [N]
     [[nodiscard]] bool finite() const { return std::isfinite(norm); }
   };
 
@@ -87,10 +88,11 @@ struct StepNewton::Impl {
   }
 
   /// One Newton iteration; false and a sentence in the report if it cannot go on.
-  bool iterate(const StepEquation& equation, Trial& trial, double forcing, StepReport& report);
+  bool iterate(
+      const StepEquation& equation, double forcing, double goal, Trial& trial, StepReport& report);
   bool search_line(const StepEquation& equation,
                    const Eigen::VectorXd& direction,
-                   double merit,
+                   double goal,
                    Trial& trial) const;
 
   DampedBody damped;
@@ -102,12 +104,18 @@ struct StepNewton::Impl {
 
 bool StepNewton::Impl::search_line(const StepEquation& equation,
                                    const Eigen::VectorXd& direction,
-                                   double merit,
+                                   double goal,
                                    Trial& trial) const {
+  const double merit = std::sqrt(trial.residual.dot(trial.preconditioned));
   for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
     Trial there = evaluate(equation, trial.delta + step * direction);
     if (!there.finite()) continue;
-    const double value = std::sqrt(there.residual.dot(factor.apply(there.residual)));
+    if (there.norm <= goal) {
+      trial = std::move(there);
+      return true;
+    }
+    there.preconditioned = factor.apply(there.residual);
+    const double value = std::sqrt(there.residual.dot(there.preconditioned));
     if (value <= (1.0 - kSufficientDecrease * step) * merit) {
       trial = std::move(there);
       return true;
@@ -116,10 +124,8 @@ bool StepNewton::Impl::search_line(const StepEquation& equation,
   return false;
 }
 
-bool StepNewton::Impl::iterate(const StepEquation& equation,
-                               Trial& trial,
-                               double forcing,
-                               StepReport& report) {
+bool StepNewton::Impl::iterate(
+    const StepEquation& equation, double forcing, double goal, Trial& trial, StepReport& report) {
   DampedBody::Linearization at = linearize(equation, trial);
   bool fresh = false;
   if (!factor.fits(at) || factor.worn()) {
@@ -128,19 +134,25 @@ bool StepNewton::Impl::iterate(const StepEquation& equation,
       return false;
     }
     fresh = true;
+    trial.preconditioned.resize(0);
   }
   const auto precondition = [this](const Eigen::VectorXd& r) { return factor.apply(r); };
   while (true) {
-    factor.follow(trial.u);
-    const Eigen::VectorXd downhill = factor.apply(-trial.residual);
-    const double merit = std::sqrt(-trial.residual.dot(downhill));
+    if (trial.preconditioned.size() == 0) {
+      factor.follow(trial.u);
+      trial.preconditioned = factor.apply(trial.residual);
+    }
     const auto jacobian = [&](const Eigen::VectorXd& w) { return damped.step_product(at, w); };
-    const auto linear = detail::minimal_residual(
-        jacobian, precondition, -trial.residual, downhill, forcing, kMaxLinearIterations);
+    const auto linear = detail::minimal_residual(jacobian,
+                                                 precondition,
+                                                 trial.residual,
+                                                 trial.preconditioned,
+                                                 forcing,
+                                                 kMaxLinearIterations);
     report.linear_iterations += linear.iterations;
     linear_reduction = linear.relative_residual;
-    const bool sound = std::isfinite(merit) && linear.finite && linear.iterations > 0;
-    if (sound && (linear.converged || fresh) && search_line(equation, linear.x, merit, trial))
+    const bool sound = linear.finite && linear.iterations > 0;
+    if (sound && (linear.converged || fresh) && search_line(equation, -linear.x, goal, trial))
       return true;
     if (!linear.finite && at.with_damping_rate) {  // u + v / gamma may turn elements inside out
       at.with_damping_rate = false;
@@ -155,6 +167,7 @@ bool StepNewton::Impl::iterate(const StepEquation& equation,
       return false;
     }
     fresh = true;
+    trial.preconditioned.resize(0);
   }
 }
 
@@ -209,7 +222,7 @@ StepSolution StepNewton::solve(const StepEquation& equation,
     }
     const double before = trial.norm;
     const double accuracy = std::max(forcing, kForcingMargin * goal / trial.norm);
-    if (!impl.iterate(equation, trial, std::min(accuracy, kLargestForcing), report)) break;
+    if (!impl.iterate(equation, std::min(accuracy, kLargestForcing), goal, trial, report)) break;
     // What the linear model did not foresee tells how far it may be trusted next time.
     const double surprise = std::abs(trial.norm / before - impl.linear_reduction);
     forcing = std::clamp(surprise, 1e-6, kLargestForcing);
