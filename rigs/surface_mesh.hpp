@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "rigs/rig.hpp"
+
+#include <Eigen/Core>
+
+namespace twang {
+
+/// The triangles of a surface.
+struct SurfaceMesh {
+  Eigen::Matrix3Xd vertices;   ///< (3 x vertices), rig frame [m]
+  Eigen::Matrix3Xi triangles;  ///< (3 x triangles), indices of vertices, as oriented in the file
+};
+
+/// Reads an STL (binary or ASCII) or OBJ file, scales and moves it as `surface` says.
+///
+/// The vertices of an STL file are not merged: each triangle has three of its own. Polygons of an
+/// OBJ file are cut into fans.
+///
+/// @throws InputError naming the file (and the line of a text file) if it cannot be read, is of
+/// another kind, is cut short, has no triangle or holds a coordinate that is not finite
+[[nodiscard]] SurfaceMesh read_surface(const SurfaceFile& surface);
+
+}  // namespace twang
