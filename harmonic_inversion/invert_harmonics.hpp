@@ -47,12 +47,14 @@ struct InversionResult {
   double time_end_s = kNaN;           ///< the last sample used [s]
   std::optional<double> release_s;    ///< when the free motion was seen to begin [s]
   std::vector<std::string> channel_names;
-  std::vector<double> offsets;       ///< one a channel, in its unit, at t0
-  std::vector<double> drifts_per_s;  ///< slow linear drift, one a channel, 0 where not fitted
-  double residual_rms = kNaN;        ///< root sum of squares over the channels, in their unit
-  double snr_db = kNaN;              ///< 20 log10(A1 / residual_rms) [dB]
-  int num_samples = 0;               ///< finite samples used, all channels
-  std::string method;                ///< how the modes were found and how many the data support
+  std::vector<double> channel_origins_s;  ///< t0 of each channel: time_origin_s, unless it comes
+                                          ///< from another trace [s]
+  std::vector<double> offsets;            ///< one a channel, in its unit, at t0
+  std::vector<double> drifts_per_s;       ///< slow linear drift, one a channel, 0 where not fitted
+  double residual_rms = kNaN;             ///< root sum of squares over the channels, in their unit
+  double snr_db = kNaN;                   ///< 20 log10(A1 / residual_rms) [dB]
+  int num_samples = 0;                    ///< finite samples used, all channels
+  std::string method;  ///< how the modes were found and how many the data support
   std::vector<RejectedMode> rejected;
   std::vector<std::string> notes;  ///< alias twins, growing modes ...: one sentence each
   Termination termination = Termination::NotRun;
@@ -77,6 +79,14 @@ struct InversionResult {
 [[nodiscard]] InversionResult invert_harmonics(const Trace& trace,
                                                const std::vector<std::string>& channels,
                                                const InversionOptions& options = {});
+
+/// The same over several traces of one part (repeats): all share their poles, each trace has its
+/// own window, time origin and amplitudes.
+///
+/// @param channels  looked up in every trace; in the result they are called `<n>:<name>`, n = 1 ...
+[[nodiscard]] InversionResult invert_repeats(const std::vector<Trace>& traces,
+                                             const std::vector<std::string>& channels,
+                                             const InversionOptions& options = {});
 
 /// The columns that are inverted when none is named: `observable_*` if there, else all but
 /// `*.sigma_*` and

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/inversion_window.hpp"
+
+#include "core/constants.hpp"
+#include "core/error.hpp"
+#include "harmonic_inversion/release.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace twang {
+namespace {
+
+constexpr std::size_t kMinSamples = 8;
+
+void check_channels(const Trace& trace, const std::vector<std::string>& channels) {
+  if (trace.num_samples() == 0) throw InputError("the trace is empty, expected at least 8 samples");
+  if (channels.empty()) throw InputError("no column was named, expected at least one to invert");
+  for (const std::string& name : channels) {
+    const Channel* channel = trace.find(name);
+    if (channel == nullptr) {
+      std::string known;
+      for (const Channel& other : trace.channels) known += (known.empty() ? "" : ", ") + other.name;
+      throw InputError(
+          fmt::format("column {} is not in the trace, expected one of: {}", name, known));
+    }
+    if (Trace::num_finite(*channel) < kMinSamples) {
+      throw InputError(fmt::format("column {} has {} finite samples, expected at least {}",
+                                   name,
+                                   Trace::num_finite(*channel),
+                                   kMinSamples));
+    }
+  }
+}
+
+/// The free motion, or what the options say of it.
+FreeMotion choose_span(const Trace& trace,
+                       const std::vector<std::string>& channels,
+                       const InversionOptions& options) {
+  const double first = trace.time_s.front();
+  const double last = trace.time_s.back();
+  const double wanted_end = options.end_s.value_or(last);
+  FreeMotion motion = find_free_motion(trace, channels, first, wanted_end);
+  if (options.start_s) {
+    // Walk from release to release until one is not over before the start.
+    while (motion.ends_early && motion.end_s <= *options.start_s) {
+      motion = find_free_motion(trace, channels, motion.end_s, wanted_end);
+    }
+    const bool moves = motion.release_s && *motion.release_s >= *options.start_s;
+    if (moves) {
+      motion.note = fmt::format(
+          "still at rest or held at the start given, {:.6g} s: {}", *options.start_s, motion.note);
+    } else {
+      const double end = options.end_s || !motion.ends_early ? wanted_end : motion.end_s;
+      motion = {*options.start_s, end, std::nullopt, false, ""};
+    }
+  }
+  if (options.end_s) motion.end_s = *options.end_s;
+  return motion;
+}
+
+double median_step(const Trace& trace) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trace.num_samples(); ++i) {
+    steps.push_back(trace.time_s[i] - trace.time_s[i - 1]);
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+/// The finite samples of one channel within a span; times still those of the trace.
+SampleSeries cut(const Trace& trace, const std::string& name, const FreeMotion& span) {
+  const Channel& channel = *trace.find(name);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < trace.num_samples(); ++i) {
+    const double t = trace.time_s[i];
+    if (t >= span.start_s && t <= span.end_s && std::isfinite(channel.values[i])) rows.push_back(i);
+  }
+  if (rows.size() < kMinSamples) {
+    throw InputError(
+        fmt::format("column {} has {} finite samples from {:.6g} to {:.6g} s, expected at least {}",
+                    name,
+                    rows.size(),
+                    span.start_s,
+                    span.end_s,
+                    kMinSamples));
+  }
+  SampleSeries out;
+  out.name = name;
+  out.time_s.resize(static_cast<Eigen::Index>(rows.size()));
+  out.value.resize(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    out.time_s(static_cast<Eigen::Index>(r)) = trace.time_s[rows[r]];
+    out.value(static_cast<Eigen::Index>(r)) = channel.values[rows[r]];
+  }
+  return out;
+}
+
+}  // namespace
+
+InversionWindow choose_window(const std::vector<Trace>& traces,
+                              const std::vector<std::string>& channels,
+                              const InversionOptions& options) {
+  if (traces.empty()) throw InputError("no trace was given, expected at least one");
+  InversionWindow out;
+  for (std::size_t n = 0; n < traces.size(); ++n) {
+    check_channels(traces[n], channels);
+    const FreeMotion span = choose_span(traces[n], channels, options);
+    std::vector<SampleSeries> series;
+    double origin = kInfinity;
+    double end = -kInfinity;
+    for (const std::string& name : channels) {
+      series.push_back(cut(traces[n], name, span));
+      origin = std::min(origin, series.back().time_s(0));
+      end = std::max(end, series.back().time_s(series.back().time_s.size() - 1));
+    }
+    for (SampleSeries& s : series) {
+      s.time_s.array() -= origin;
+      if (traces.size() > 1) s.name = fmt::format("{}:{}", n + 1, s.name);
+      out.origins_s.push_back(origin);
+      out.series.push_back(std::move(s));
+    }
+    if (n == 0) {
+      out.end_s = end;
+      out.release_s = span.release_s;
+      out.step_s = median_step(traces[n]);
+    }
+    out.step_s = std::min(out.step_s, median_step(traces[n]));
+    out.duration_s = std::max(out.duration_s, end - origin);
+    if (!span.note.empty()) {
+      out.notes.push_back(traces.size() > 1 ? fmt::format("Trace {}: {}.", n + 1, span.note)
+                                            : fmt::format("Window: {}.", span.note));
+    }
+  }
+  return out;
+}
+
+}  // namespace twang

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/invert_harmonics.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace twang {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "twang-modes/1";
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json mode_json(const DampedSinusoid& mode) {
+  Json channels = Json::object();
+  for (const SinusoidInChannel& channel : mode.channels) {
+    channels[channel.channel] = {{"amplitude", finite_or_null(channel.amplitude)},
+                                 {"amplitude_sigma", finite_or_null(channel.amplitude_sigma)},
+                                 {"phase_rad", finite_or_null(channel.phase_rad)},
+                                 {"phase_sigma_rad", finite_or_null(channel.phase_sigma_rad)}};
+  }
+  return {{"frequency_hz", finite_or_null(mode.frequency_hz)},
+          {"frequency_sigma_hz", finite_or_null(mode.frequency_sigma_hz)},
+          {"decay_per_s", finite_or_null(mode.decay_per_s)},
+          {"decay_sigma_per_s", finite_or_null(mode.decay_sigma_per_s)},
+          {"frequency_decay_covariance", finite_or_null(mode.frequency_decay_covariance)},
+          {"natural_frequency_hz", finite_or_null(mode.natural_frequency_hz())},
+          {"damping_ratio", finite_or_null(mode.damping_ratio())},
+          {"error", finite_or_null(mode.error)},
+          {"channels", channels}};
+}
+
+/// The fields of one inversion, in the order of the format's description.
+void add_fields(Json& out, const InversionResult& result) {
+  out["time_origin_s"] = finite_or_null(result.time_origin_s);
+  out["time_end_s"] = finite_or_null(result.time_end_s);
+  out["release_s"] = result.release_s ? finite_or_null(*result.release_s) : Json(nullptr);
+  out["modes"] = Json::array();
+  for (const DampedSinusoid& mode : result.modes) out["modes"].push_back(mode_json(mode));
+  out["offsets"] = Json::object();
+  out["drifts_per_s"] = Json::object();
+  for (std::size_t c = 0; c < result.channel_names.size(); ++c) {
+    out["offsets"][result.channel_names[c]] = finite_or_null(result.offsets[c]);
+    out["drifts_per_s"][result.channel_names[c]] = finite_or_null(result.drifts_per_s[c]);
+  }
+  out["residual_rms"] = finite_or_null(result.residual_rms);
+  out["snr_db"] = finite_or_null(result.snr_db);
+  out["num_samples"] = result.num_samples;
+  out["method"] = result.method;
+  out["rejected"] = Json::array();
+  for (const RejectedMode& mode : result.rejected) {
+    out["rejected"].push_back({{"frequency_hz", finite_or_null(mode.frequency_hz)},
+                               {"decay_per_s", finite_or_null(mode.decay_per_s)},
+                               {"reason", mode.reason}});
+  }
+  out["notes"] = result.notes;
+  out["message"] = result.message;
+}
+
+}  // namespace
+
+std::string modes_to_json(const InversionResult& result) {
+  Json out;
+  out["format"] = kFormat;
+  add_fields(out, result);
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string modes_to_json(const std::vector<std::pair<std::string, InversionResult>>& columns) {
+  Json out;
+  out["format"] = kFormat;
+  out["columns"] = Json::object();
+  for (const auto& [name, result] : columns) {
+    Json fields = Json::object();
+    add_fields(fields, result);
+    out["columns"][name] = std::move(fields);
+  }
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace twang

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/propose_poles.hpp"
+
+#include "core/constants.hpp"
+#include "harmonic_inversion/filter_diagonalization.hpp"
+#include "harmonic_inversion/fourier.hpp"
+#include "harmonic_inversion/matrix_pencil.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace twang {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// A spectral line stands out when it is this many times the median of the spectrum.
+constexpr double kStandsOut = 5.0;
+/// A candidate whose error exceeds this is noise that two shifts explain and a third does not.
+constexpr double kMaxCandidateError = 0.5;
+/// Samples a matrix pencil is given; its cost is cubic.
+constexpr Index kMaxPencilSamples = 256;
+/// Highest number of sinusoids a pencil is asked for.
+constexpr int kMaxPencilModes = 5;
+/// The signal lives until this part of its energy has passed.
+constexpr double kLivingEnergy = 0.998;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Parts of the band in which the spectrum stands out of its median.
+std::vector<Band> interesting_bands(const EvenSeries& signal, const Band& band_hz) {
+  const auto length = fast_length(2 * static_cast<std::size_t>(signal.value.size()));
+  const auto spectrum = fourier_transform(signal.value, length);
+  const double bin_hz = 1.0 / (static_cast<double>(length) * signal.step_s);
+  const auto first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / bin_hz));
+  const auto last =
+      std::min(spectrum.size(), static_cast<std::size_t>(band_hz.high_hz / bin_hz) + 1);
+  std::vector<double> magnitude;
+  for (std::size_t k = first; k < last; ++k) magnitude.push_back(std::abs(spectrum[k]));
+  if (magnitude.size() < 8) return {band_hz};
+  const double threshold = kStandsOut * median(magnitude);
+  const double margin = 6.0 * bin_hz;
+  std::vector<Band> bands;
+  for (std::size_t k = 0; k < magnitude.size(); ++k) {
+    if (magnitude[k] < threshold) continue;
+    const double f = static_cast<double>(first + k) * bin_hz;
+    const double low = std::max(band_hz.low_hz, f - margin);
+    const double high = std::min(band_hz.high_hz, f + margin);
+    if (!bands.empty() && low <= bands.back().high_hz) {
+      bands.back().high_hz = high;
+    } else {
+      bands.push_back({low, high});
+    }
+  }
+  return bands;
+}
+
+/// Number of leading samples in which the signal still stands above the noise of its tail.
+Index living_length(const VectorXd& value) {
+  const Index n = value.size();
+  const double noise = value.tail(std::max<Index>(n / 8, 1)).squaredNorm() /
+                       static_cast<double>(std::max<Index>(n / 8, 1));
+  const double total = value.squaredNorm() - noise * static_cast<double>(n);
+  double sum = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    sum += value(i) * value(i) - noise;
+    if (total > 0.0 && sum >= kLivingEnergy * total) return std::max<Index>(i + 1, 16);
+  }
+  return n;
+}
+
+PoleProposal by_filter_diagonalization(const EvenSeries& signal, const Band& band_hz) {
+  PoleProposal out{"filter diagonalization", {}};
+  const double nyquist = 0.5 / signal.step_s;
+  for (Band band : interesting_bands(signal, band_hz)) {
+    band.high_hz = std::min(band.high_hz, nyquist);
+    if (band.low_hz >= band.high_hz) continue;
+    for (const PoleCandidate& candidate : filter_diagonalize(signal, band)) {
+      const DampedPole& pole = candidate.pole;
+      if (candidate.error > kMaxCandidateError) continue;
+      if (pole.decay_per_s * signal.step_s > 1.5) continue;
+      if (pole.decay_per_s > kTwoPi * pole.frequency_hz) continue;
+      out.candidates.push_back(candidate);
+    }
+  }
+  std::sort(
+      out.candidates.begin(),
+      out.candidates.end(),
+      [](const PoleCandidate& a, const PoleCandidate& b) { return a.amplitude > b.amplitude; });
+  return out;
+}
+
+/// Means of `factor` samples each.
+EvenSeries thinned(const EvenSeries& signal, Index length, Index factor) {
+  EvenSeries out;
+  out.step_s = signal.step_s * static_cast<double>(factor);
+  out.value.resize(length / factor);
+  for (Index i = 0; i < out.value.size(); ++i) {
+    out.value(i) = signal.value.segment(i * factor, factor).mean();
+  }
+  return out;
+}
+
+void add_pencils(const EvenSeries& signal,
+                 Index length,
+                 const Band& band_hz,
+                 std::vector<PoleProposal>& out) {
+  const Index factor = std::max<Index>(1, (length + kMaxPencilSamples - 1) / kMaxPencilSamples);
+  const EvenSeries thin = thinned(signal, length, factor);
+  std::vector<int> orders;
+  for (int modes = 1; modes <= kMaxPencilModes; ++modes) {
+    orders.push_back(2 * modes);
+    orders.push_back(2 * modes + 1);  // room for what the baseline left
+  }
+  for (std::vector<PoleCandidate>& found : matrix_pencil(thin, orders)) {
+    std::erase_if(found, [&](const PoleCandidate& candidate) {
+      const DampedPole& pole = candidate.pole;
+      return pole.frequency_hz < 0.5 * band_hz.low_hz || pole.frequency_hz > band_hz.high_hz ||
+             pole.decay_per_s * signal.step_s > 1.5;
+    });
+    if (!found.empty()) out.push_back({"matrix pencil", std::move(found)});
+  }
+}
+
+}  // namespace
+
+std::optional<EvenSeries> on_even_grid(const SampleSeries& series, double step_s) {
+  const Index n = series.time_s.size();
+  if (n < 2) return std::nullopt;
+  const double origin = series.time_s(0);
+  const auto length = static_cast<Index>(std::lround((series.time_s(n - 1) - origin) / step_s)) + 1;
+  if (static_cast<double>(length) * 0.6 > static_cast<double>(n)) return std::nullopt;
+  EvenSeries out{step_s, VectorXd::Zero(length)};
+  Index previous = 0;
+  for (Index i = 0; i < n; ++i) {
+    const double place = (series.time_s(i) - origin) / step_s;
+    const auto index = std::min(static_cast<Index>(std::lround(place)), length - 1);
+    if (std::abs(place - static_cast<double>(index)) > 1.0 / 3.0) return std::nullopt;
+    out.value(index) = series.value(i);
+    for (Index j = previous + 1; j < index; ++j) {
+      const double part = static_cast<double>(j - previous) / static_cast<double>(index - previous);
+      out.value(j) = (1.0 - part) * out.value(previous) + part * series.value(i);
+    }
+    previous = index;
+  }
+  return out;
+}
+
+std::vector<PoleProposal> propose_poles(const SampleSeries& series,
+                                        double step_s,
+                                        const Band& band_hz) {
+  std::vector<PoleProposal> out;
+  const std::optional<EvenSeries> even = on_even_grid(series, step_s);
+  if (!even || even->value.size() < 8) return out;
+  out.push_back(by_filter_diagonalization(*even, band_hz));
+  const Index living = std::min(living_length(even->value), even->value.size());
+  if (5 * living < 3 * even->value.size()) {
+    out.push_back(by_filter_diagonalization({step_s, even->value.head(living)}, band_hz));
+  }
+  add_pencils(*even, living, band_hz, out);
+  if (living > kMaxPencilSamples) {
+    add_pencils(*even, kMaxPencilSamples, band_hz, out);
+  }
+  std::erase_if(out, [](const PoleProposal& proposal) { return proposal.candidates.empty(); });
+  return out;
+}
+
+}  // namespace twang

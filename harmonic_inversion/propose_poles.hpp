@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "harmonic_inversion/damped_pole.hpp"
+#include "harmonic_inversion/invert_harmonics.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// A set of poles that may describe a signal together, and who proposes it.
+struct PoleProposal {
+  std::string finder;  ///< "filter diagonalization", "matrix pencil" ...
+  std::vector<PoleCandidate> candidates;
+};
+
+/// The samples on an even grid of `step_s`: stamps off the grid by less than a third of a step are
+/// taken as on it, single gaps are bridged by straight lines; nothing if the stamps fit no grid or
+/// more than 40 % of it is missing.
+[[nodiscard]] std::optional<EvenSeries> on_even_grid(const SampleSeries& series, double step_s);
+
+/// Candidate sets from filter diagonalization (the whole record and the part in which the signal
+/// lives) and from matrix pencils of several orders (that part, thinned to a few hundred samples).
+///
+/// @param series   with its baseline removed
+/// @param step_s   the usual distance of two samples [s]
+[[nodiscard]] std::vector<PoleProposal> propose_poles(const SampleSeries& series,
+                                                      double step_s,
+                                                      const Band& band_hz);
+
+/// The places (f, d) at which one more damped sinusoid would explain most of a residual, by the
+/// periodogram of the residual under exponential windows; uneven stamps are taken as they are.
+///
+///     gain(f, d) = sum_c |sum_n w_n r_n e^(-d t_n) e^(-i 2 pi f t_n)|² / (1/2 sum_n w_n² e^(-2 d
+///     t_n))
+///
+/// @param residuals  one a channel, in units of its noise
+/// @param excluded   places that were tried in vain
+/// @return           at most `count`, largest gain first, amplitude = gain
+[[nodiscard]] std::vector<PoleCandidate> search_residual(const std::vector<SampleSeries>& residuals,
+                                                         double step_s,
+                                                         const Band& band_hz,
+                                                         const std::vector<DampedPole>& excluded,
+                                                         int count);
+
+}  // namespace twang

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/refine_sinusoids.hpp"
+
+#include "core/constants.hpp"
+#include "core/error.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace twang {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Keeps exp() finite while the optimizer tries growing poles; exp(300) squared is still a double.
+constexpr double kMaxGrowthExponent = 300.0;
+/// Beyond this many decay constants a sample per step a pole is a single spike.
+constexpr double kMaxDecayPerSample = 4.0;
+
+Index column_of_pole(bool fit_drift, std::size_t k) {
+  return (fit_drift ? 2 : 1) + 2 * static_cast<Index>(k);
+}
+
+/// One channel for given poles: the basis, its QR, the linear solution.
+struct Projection {
+  MatrixXd q;  ///< orthonormal columns spanning the weighted basis
+  MatrixXd r;  ///< upper triangle: weighted basis = q r
+  VectorXd coefficients;
+  VectorXd residual;  ///< weighted
+};
+
+/// exp(-d t) cos, exp(-d t) sin of one pole at every sample.
+void fill_pole_columns(const DampedPole& pole, const VectorXd& time_s, Eigen::Ref<MatrixXd> out) {
+  const double omega = kTwoPi * pole.frequency_hz;
+  for (Index i = 0; i < time_s.size(); ++i) {
+    const double envelope = std::exp(std::min(-pole.decay_per_s * time_s(i), kMaxGrowthExponent));
+    out(i, 0) = envelope * std::cos(omega * time_s(i));
+    out(i, 1) = envelope * std::sin(omega * time_s(i));
+  }
+}
+
+class Model {
+ public:
+  Model(const std::vector<SampleSeries>& series, const RefineOptions& options)
+      : m_series(series), m_options(options) {
+    for (const SampleSeries& s : series) m_num_rows += s.time_s.size();
+  }
+
+  [[nodiscard]] Index num_rows() const { return m_num_rows; }
+  [[nodiscard]] const std::vector<SampleSeries>& series() const { return m_series; }
+  [[nodiscard]] const RefineOptions& options() const { return m_options; }
+
+  [[nodiscard]] VectorXd weights(std::size_t c) const {
+    if (m_options.weights.empty()) return VectorXd::Ones(m_series[c].value.size());
+    return m_options.weights[c];
+  }
+
+  /// Unweighted basis of channel c; the drift column is t over the duration.
+  [[nodiscard]] MatrixXd basis(std::size_t c, const std::vector<DampedPole>& poles) const {
+    const VectorXd& t = m_series[c].time_s;
+    MatrixXd out(t.size(), column_of_pole(m_options.fit_drift, poles.size()));
+    out.col(0).setOnes();
+    if (m_options.fit_drift) out.col(1) = t / duration(c);
+    for (std::size_t k = 0; k < poles.size(); ++k) {
+      fill_pole_columns(poles[k], t, out.middleCols(column_of_pole(m_options.fit_drift, k), 2));
+    }
+    return out;
+  }
+
+  [[nodiscard]] double duration(std::size_t c) const {
+    const VectorXd& t = m_series[c].time_s;
+    return std::max(t(t.size() - 1) - t(0), 1e-300);
+  }
+
+  [[nodiscard]] Projection project(std::size_t c, const MatrixXd& basis) const {
+    const VectorXd w = weights(c);
+    const MatrixXd weighted = w.asDiagonal() * basis;
+    const VectorXd y = w.cwiseProduct(m_series[c].value);
+    const Eigen::HouseholderQR<MatrixXd> qr(weighted);
+    Projection out;
+    const Index columns = basis.cols();
+    out.q = qr.householderQ() * MatrixXd::Identity(basis.rows(), columns);
+    out.r = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+    const VectorXd projected = out.q.transpose() * y;
+    out.residual = y - out.q * projected;
+    // A second pass takes out what round-off left in the span of the basis.
+    const VectorXd correction = out.q.transpose() * out.residual;
+    out.residual -= out.q * correction;
+    out.coefficients = regular_triangle(out.r).triangularView<Eigen::Upper>().solve(
+        VectorXd(projected + correction));
+    return out;
+  }
+
+  /// Weighted derivatives of the model with respect to (f, d) of each pole, at fixed coefficients.
+  [[nodiscard]] MatrixXd pole_derivatives(std::size_t c,
+                                          const MatrixXd& basis,
+                                          const VectorXd& coefficients,
+                                          std::size_t num_poles) const {
+    const VectorXd wt = weights(c).cwiseProduct(m_series[c].time_s);
+    MatrixXd out(basis.rows(), 2 * static_cast<Index>(num_poles));
+    for (std::size_t k = 0; k < num_poles; ++k) {
+      const Index j = column_of_pole(m_options.fit_drift, k);
+      const auto cosine = basis.col(j);
+      const auto sine = basis.col(j + 1);
+      const double a = coefficients(j);
+      const double b = coefficients(j + 1);
+      const Index column = 2 * static_cast<Index>(k);
+      out.col(column) = kTwoPi * wt.cwiseProduct(b * cosine - a * sine);
+      out.col(column + 1) = -wt.cwiseProduct(a * cosine + b * sine);
+    }
+    return out;
+  }
+
+  /// A triangle whose tiny pivots are lifted, so that a rank-deficient basis gives finite numbers.
+  [[nodiscard]] static MatrixXd regular_triangle(MatrixXd r) {
+    const double floor = 1e-14 * std::max(r.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+    for (Index i = 0; i < r.rows(); ++i) {
+      if (std::abs(r(i, i)) < floor) r(i, i) = floor;
+    }
+    return r;
+  }
+
+ private:
+  const std::vector<SampleSeries>& m_series;
+  const RefineOptions& m_options;
+  Index m_num_rows = 0;
+};
+
+std::vector<DampedPole> poles_from(const double* parameters, std::size_t count) {
+  std::vector<DampedPole> poles(count);
+  for (std::size_t k = 0; k < count; ++k) poles[k] = {parameters[2 * k], parameters[2 * k + 1]};
+  return poles;
+}
+
+/// The projected residual as a function of the poles alone.
+class ProjectedResidual : public ceres::CostFunction {
+ public:
+  ProjectedResidual(const Model& model, std::size_t num_poles)
+      : m_model(model), m_num_poles(num_poles) {
+    set_num_residuals(static_cast<int>(model.num_rows()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(2 * num_poles));
+  }
+
+  bool Evaluate(double const* const* parameters,
+                double* residuals,
+                double** jacobians) const override {
+    const std::vector<DampedPole> poles = poles_from(parameters[0], m_num_poles);
+    const Index columns = 2 * static_cast<Index>(m_num_poles);
+    Index row = 0;
+    for (std::size_t c = 0; c < m_model.series().size(); ++c) {
+      const MatrixXd basis = m_model.basis(c, poles);
+      const Projection projection = m_model.project(c, basis);
+      const Index rows = basis.rows();
+      Eigen::Map<VectorXd>(residuals + row, rows) = projection.residual;
+      if (jacobians != nullptr && jacobians[0] != nullptr) {
+        const MatrixXd d = m_model.pole_derivatives(c, basis, projection.coefficients, m_num_poles);
+        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        Eigen::Map<RowMajor> jacobian(jacobians[0] + row * columns, rows, columns);
+        jacobian = projection.q * (projection.q.transpose() * d) - d;
+      }
+      row += rows;
+    }
+    return Eigen::Map<VectorXd>(residuals, row).allFinite();
+  }
+
+ private:
+  const Model& m_model;
+  std::size_t m_num_poles;
+};
+
+/// The positions of the (f, d) parameters that move.
+std::vector<Index> free_parameters(std::size_t num_poles, const std::vector<bool>& fixed_decays) {
+  std::vector<Index> out;
+  for (std::size_t k = 0; k < num_poles; ++k) {
+    out.push_back(2 * static_cast<Index>(k));
+    if (fixed_decays.empty() || !fixed_decays[k]) out.push_back(2 * static_cast<Index>(k) + 1);
+  }
+  return out;
+}
+
+/// The inverse of a symmetric matrix scaled to a unit diagonal; infinite variances where singular.
+MatrixXd scaled_inverse(const MatrixXd& normal) {
+  const VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+  const Eigen::LLT<MatrixXd> llt(scaled);
+  const Index n = normal.rows();
+  if (llt.info() != Eigen::Success) return MatrixXd::Identity(n, n) * kInfinity;
+  return scale.asDiagonal() * llt.solve(MatrixXd::Identity(n, n)) * scale.asDiagonal();
+}
+
+/// Fills the linear part and all covariances of `fit` at its poles.
+///
+///     cov(p) = (sum_c D_c^T P_c D_c)^-1,   cov(x_c) = (B_c^T B_c)^-1 + G_c cov(p) G_c^T,
+///     G_c = B_c⁺ D_c
+void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
+  const std::size_t num_channels = model.series().size();
+  const std::size_t num_poles = fit.poles.size();
+  const bool drift = model.options().fit_drift;
+  const std::vector<Index> moving =
+      poles_vary ? free_parameters(num_poles, model.options().fixed_decays) : std::vector<Index>{};
+  const Index num_moving = static_cast<Index>(moving.size());
+  MatrixXd normal = MatrixXd::Zero(num_moving, num_moving);
+  std::vector<MatrixXd> gains(num_channels);
+
+  fit.channels.assign(num_channels, {});
+  fit.sum_of_squares = 0.0;
+  fit.num_samples = 0;
+  for (std::size_t c = 0; c < num_channels; ++c) {
+    const MatrixXd basis = model.basis(c, fit.poles);
+    const Projection projection = model.project(c, basis);
+    const VectorXd& x = projection.coefficients;
+    ChannelFit& channel = fit.channels[c];
+    channel.offset = x(0);
+    channel.drift_per_s = drift ? x(1) / model.duration(c) : 0.0;
+    channel.cosine.resize(static_cast<Index>(num_poles));
+    channel.sine.resize(static_cast<Index>(num_poles));
+    for (std::size_t k = 0; k < num_poles; ++k) {
+      channel.cosine(static_cast<Index>(k)) = x(column_of_pole(drift, k));
+      channel.sine(static_cast<Index>(k)) = x(column_of_pole(drift, k) + 1);
+    }
+    channel.residual = model.series()[c].value - basis * x;
+    fit.sum_of_squares += projection.residual.squaredNorm();
+    fit.num_samples += static_cast<int>((model.weights(c).array() > 0.0).count());
+
+    const MatrixXd r = Model::regular_triangle(projection.r);
+    const MatrixXd r_inverse =
+        r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(r.rows(), r.cols()));
+    channel.covariance = r_inverse * r_inverse.transpose();
+    if (num_moving > 0) {
+      const MatrixXd all = model.pole_derivatives(c, basis, x, num_poles);
+      const MatrixXd d = all(Eigen::all, moving);
+      const MatrixXd inside = projection.q.transpose() * d;
+      const MatrixXd outside = d - projection.q * inside;
+      normal += outside.transpose() * outside;
+      gains[c] = r_inverse * inside;
+    }
+  }
+
+  fit.pole_covariance =
+      MatrixXd::Zero(2 * static_cast<Index>(num_poles), 2 * static_cast<Index>(num_poles));
+  if (num_moving > 0) {
+    const MatrixXd covariance = scaled_inverse(normal);
+    fit.pole_covariance(moving, moving) = covariance;
+    for (std::size_t c = 0; c < num_channels; ++c) {
+      fit.channels[c].covariance += gains[c] * covariance * gains[c].transpose();
+    }
+  }
+  for (std::size_t c = 0; drift && c < num_channels; ++c) {
+    fit.channels[c].covariance.row(1) /= model.duration(c);
+    fit.channels[c].covariance.col(1) /= model.duration(c);
+  }
+  fit.num_parameters = static_cast<int>(num_moving + static_cast<Index>(num_channels) *
+                                                         column_of_pole(drift, num_poles));
+}
+
+void check_input(const std::vector<SampleSeries>& series,
+                 std::size_t num_poles,
+                 const RefineOptions& options) {
+  options.check();
+  if (series.empty()) throw InputError("refine_sinusoids: no series, expected at least one");
+  for (const SampleSeries& s : series) {
+    if (s.time_s.size() != s.value.size() || s.time_s.size() < 2) {
+      throw InputError(
+          fmt::format("series {}: {} times and {} values, expected as many and at least 2",
+                      s.name,
+                      s.time_s.size(),
+                      s.value.size()));
+    }
+  }
+  if (!options.weights.empty() && options.weights.size() != series.size()) {
+    throw InputError(fmt::format("RefineOptions.weights has {} entries, expected {}",
+                                 options.weights.size(),
+                                 series.size()));
+  }
+  if (!options.fixed_decays.empty() && options.fixed_decays.size() != num_poles) {
+    throw InputError(fmt::format("RefineOptions.fixed_decays has {} entries, expected {}",
+                                 options.fixed_decays.size(),
+                                 num_poles));
+  }
+}
+
+/// Runs Ceres on the poles; returns why it stopped.
+Termination minimize(const Model& model, std::vector<DampedPole>& poles) {
+  std::vector<double> parameters;
+  for (const DampedPole& pole : poles) {
+    parameters.push_back(pole.frequency_hz);
+    parameters.push_back(pole.decay_per_s);
+  }
+  double duration = 0.0;
+  double density = 0.0;
+  for (std::size_t c = 0; c < model.series().size(); ++c) {
+    duration = std::max(duration, model.duration(c));
+    density =
+        std::max(density, static_cast<double>(model.series()[c].time_s.size()) / model.duration(c));
+  }
+  ceres::Problem problem;
+  problem.AddResidualBlock(new ProjectedResidual(model, poles.size()), nullptr, parameters.data());
+  const std::vector<bool>& fixed = model.options().fixed_decays;
+  std::vector<int> constant;
+  for (std::size_t k = 0; k < poles.size(); ++k) {
+    const int f = static_cast<int>(2 * k);
+    problem.SetParameterLowerBound(parameters.data(), f, 0.0);
+    if (std::isfinite(model.options().max_frequency_hz)) {
+      problem.SetParameterUpperBound(
+          parameters.data(), f, std::max(model.options().max_frequency_hz, poles[k].frequency_hz));
+    }
+    if (!fixed.empty() && fixed[k]) {
+      constant.push_back(f + 1);
+      continue;
+    }
+    problem.SetParameterLowerBound(parameters.data(), f + 1, -kMaxGrowthExponent / duration);
+    problem.SetParameterUpperBound(
+        parameters.data(), f + 1, std::max(kMaxDecayPerSample * density, poles[k].decay_per_s));
+  }
+  if (!constant.empty()) {
+    problem.SetManifold(parameters.data(),
+                        new ceres::SubsetManifold(static_cast<int>(parameters.size()), constant));
+  }
+  ceres::Solver::Options options;
+  options.logging_type = ceres::SILENT;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = model.options().max_iterations;
+  options.parameter_tolerance = model.options().relative_step;
+  options.function_tolerance = model.options().relative_step;
+  options.gradient_tolerance = 0.0;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  poles = poles_from(parameters.data(), poles.size());
+  if (summary.termination_type == ceres::CONVERGENCE) return Termination::Converged;
+  if (summary.termination_type == ceres::NO_CONVERGENCE) return Termination::IterationLimit;
+  return Termination::NumericalFailure;
+}
+
+}  // namespace
+
+void RefineOptions::check() const {
+  if (max_iterations < 1) {
+    throw InputError(
+        fmt::format("RefineOptions.max_iterations is {}, must be at least 1", max_iterations));
+  }
+  if (!(max_frequency_hz > 0.0)) {
+    throw InputError(
+        fmt::format("RefineOptions.max_frequency_hz is {}, must be > 0", max_frequency_hz));
+  }
+  if (!(relative_step > 0.0 && relative_step < 1.0)) {
+    throw InputError(
+        fmt::format("RefineOptions.relative_step is {}, must be within (0, 1)", relative_step));
+  }
+}
+
+double SinusoidFit::variance() const {
+  return sum_of_squares / std::max(num_samples - num_parameters, 1);
+}
+
+double SinusoidFit::amplitude(std::size_t c, std::size_t k) const {
+  const Index i = static_cast<Index>(k);
+  return std::hypot(channels[c].cosine(i), channels[c].sine(i));
+}
+
+SinusoidFit refine_sinusoids(const std::vector<SampleSeries>& series,
+                             const std::vector<DampedPole>& start,
+                             const RefineOptions& options) {
+  check_input(series, start.size(), options);
+  const Model model(series, options);
+  SinusoidFit fit;
+  fit.poles = start;
+  fit.termination = start.empty() ? Termination::Converged : minimize(model, fit.poles);
+  complete(model, fit, true);
+  return fit;
+}
+
+SinusoidFit fit_amplitudes(const std::vector<SampleSeries>& series,
+                           const std::vector<DampedPole>& poles,
+                           const RefineOptions& options) {
+  check_input(series, poles.size(), options);
+  const Model model(series, options);
+  SinusoidFit fit;
+  fit.poles = poles;
+  fit.termination = Termination::Converged;
+  complete(model, fit, false);
+  return fit;
+}
+
+}  // namespace twang

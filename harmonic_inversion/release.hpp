@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "core/trace.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// The part of a trace in which a part vibrates freely.
+struct FreeMotion {
+  double start_s = 0.0;             ///< first sample safely in free motion [s]
+  double end_s = 0.0;               ///< last sample before the next disturbance [s]
+  std::optional<double> release_s;  ///< last sample seen at rest or held, if there is one [s]
+  bool ends_early = false;          ///< a disturbance follows
+  std::string note;                 ///< one sentence: what was chosen and why; empty: all of it
+};
+
+/// Finds the first release in a trace: a rest, a hold or a slow pull, then sudden motion that
+/// swings back.
+///
+/// Judged by the speed over a lag of one sample, or of more where noise hides the motion. Let b be
+/// the highest speed (a few are passed over: glitches do not count). A release is seen if the speed
+/// first passes b / 4 after a calm of never more than b / 8 that lasted at least half as long as
+/// the first swing, so that the turning point of a vibration is none. Free motion is taken to start
+/// past the highest speed of the first swing: a clamp or thread that lets go over a few samples is
+/// then gone. A record that moves freely from its first sample is used from there.
+/// It ends before the pull that leads to the next release, or with the trace.
+///
+/// @param channels  of `trace`, judged together, each by its own range
+/// @param from_s    samples before are not looked at [s]
+/// @param to_s      nor those after [s]
+[[nodiscard]] FreeMotion find_free_motion(const Trace& trace,
+                                          const std::vector<std::string>& channels,
+                                          double from_s,
+                                          double to_s);
+
+}  // namespace twang

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/select_modes.hpp"
+
+#include "core/constants.hpp"
+#include "core/error.hpp"
+#include "harmonic_inversion/mode_criteria.hpp"
+#include "harmonic_inversion/propose_poles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace twang {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Proposals refined in full; the others are dropped on their linear fit.
+constexpr std::size_t kRefinedProposals = 3;
+/// Rounds of adding, dropping and weighing.
+constexpr int kMaxRounds = 5;
+/// The residual is searched again after this many proposals in a row were refused, no more.
+constexpr int kMaxRefusals = 6;
+/// Relative step at which a trial fit is good enough to be judged, and a final one.
+constexpr double kTrialStep = 1e-5;
+constexpr double kFinalStep = 1e-14;
+/// A residual this small beside the signal is round-off.
+constexpr double kRoundOff = 4e-15;
+
+class Selector {
+ public:
+  Selector(const std::vector<SampleSeries>& series, const SelectionOptions& options)
+      : m_series(series), m_options(options), m_criteria(series, options) {
+    for (const SampleSeries& s : series) {
+      const double spread = std::sqrt((s.value.array() - s.value.mean()).square().mean());
+      const double floor = kRoundOff * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
+      m_floor.push_back(floor);
+      m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
+    }
+    m_drift = true;
+  }
+
+  ModeSelection run() {
+    m_best = trial({});
+    if (!is_round_off(m_best)) {
+      start_from_proposals();
+      for (int round = 0; round < kMaxRounds; ++round) {
+        const std::size_t poles = m_best.poles.size();
+        const int outliers = m_num_outliers;
+        extend();
+        prune();
+        weigh_channels();
+        if (m_best.poles.size() == poles && m_num_outliers == outliers) break;
+      }
+      settle();
+    }
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] RefineOptions refine_options(double step) const {
+    RefineOptions out;
+    out.fit_drift = m_drift;
+    out.weights = m_weights;
+    out.relative_step = step;
+    out.max_iterations = step < kTrialStep ? 200 : 20;
+    out.max_frequency_hz = 0.5 / m_options.step_s;
+    return out;
+  }
+
+  [[nodiscard]] SinusoidFit trial(const std::vector<DampedPole>& poles) const {
+    return refine_sinusoids(m_series, poles, refine_options(kTrialStep));
+  }
+
+  [[nodiscard]] bool is_round_off(const SinusoidFit& fit) const {
+    for (std::size_t c = 0; c < m_series.size(); ++c) {
+      const VectorXd& r = fit.channels[c].residual;
+      if (std::sqrt(r.squaredNorm() / static_cast<double>(r.size())) > 10.0 * m_floor[c])
+        return false;
+    }
+    return true;
+  }
+
+  /// Residuals in units of each channel's noise.
+  [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const {
+    std::vector<SampleSeries> out = m_series;
+    for (std::size_t c = 0; c < out.size(); ++c) {
+      out[c].value = fit.channels[c].residual.cwiseProduct(m_weights[c]);
+    }
+    const double scale = std::sqrt(std::max(fit.variance(), 1e-300));
+    for (SampleSeries& s : out) s.value /= scale;
+    return out;
+  }
+
+  /// The proposals of the channels, thinned to the candidates that the data support as they stand.
+  void start_from_proposals() {
+    std::vector<std::pair<double, PoleProposal>> ranked;
+    for (std::size_t c = 0; c < m_series.size(); ++c) {
+      SampleSeries level = m_series[c];
+      level.value = m_best.channels[c].residual;
+      for (PoleProposal& proposal : propose_poles(level, m_options.step_s, m_options.band_hz)) {
+        report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
+        const SinusoidFit fit = thin_out(proposal);
+        ranked.emplace_back(bayes_criterion(fit), std::move(proposal));
+      }
+    }
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
+      return a.first < b.first;
+    });
+    if (ranked.size() > kRefinedProposals) ranked.resize(kRefinedProposals);
+    const SinusoidFit baseline = m_best;
+    for (auto& [criterion, proposal] : ranked) {
+      report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
+      std::vector<DampedPole> start;
+      for (const PoleCandidate& candidate : proposal.candidates) start.push_back(candidate.pole);
+      if (start.empty()) continue;
+      SinusoidFit kept = std::exchange(m_best, trial(start));
+      std::vector<RejectedMode> rejected = std::exchange(m_rejected, {});
+      prune();
+      if (bayes_criterion(m_best) < bayes_criterion(kept)) {
+        m_finder = proposal.finder;
+        m_proposed = start;
+      } else {
+        m_best = std::move(kept);
+        m_rejected = std::move(rejected);
+      }
+    }
+  }
+
+  /// Drops candidates whose amplitude is lost in the residual, weakest first, poles held fixed.
+  SinusoidFit thin_out(PoleProposal& proposal) const {
+    std::vector<PoleCandidate>& candidates = proposal.candidates;
+    const auto limit = static_cast<std::size_t>(m_options.max_candidates);
+    if (candidates.size() > limit) candidates.resize(limit);
+    while (true) {
+      std::vector<DampedPole> poles;
+      for (const PoleCandidate& candidate : candidates) poles.push_back(candidate.pole);
+      SinusoidFit fit = fit_amplitudes(m_series, poles, refine_options(kTrialStep));
+      if (poles.empty()) return fit;
+      std::size_t weakest = 0;
+      double least = kInfinity;
+      for (std::size_t k = 0; k < poles.size(); ++k) {
+        const double z = m_criteria.amplitude_over_sigma(fit, k);
+        if (z < least) {
+          least = z;
+          weakest = k;
+        }
+      }
+      if (least > 4.0) return fit;
+      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(weakest));
+    }
+  }
+
+  /// Adds the best-explaining sinusoid again and again.
+  void extend() {
+    std::vector<DampedPole> refused;
+    for (int refusals = 0; refusals < kMaxRefusals && !is_round_off(m_best);) {
+      report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
+      const auto residuals = weighted_residuals(m_best);
+      const auto peaks =
+          search_residual(residuals, m_options.step_s, m_options.band_hz, refused, 1);
+      if (peaks.empty()) return;
+      RefineOptions local;
+      local.relative_step = kTrialStep;
+      local.max_iterations = 20;
+      local.max_frequency_hz = 0.5 / m_options.step_s;
+      const SinusoidFit single = refine_sinusoids(residuals, {peaks.front().pole}, local);
+      std::vector<DampedPole> poles = m_best.poles;
+      poles.push_back(single.poles.front());
+      SinusoidFit fit = trial(poles);
+      if (!m_criteria.is_supported(m_best, fit)) {
+        // The first refusal for want of evidence ends the search: every other gain is smaller.
+        if (refusals > 0 || !retry_from(peaks.front().pole, fit)) return;
+      }
+      const std::size_t last = fit.poles.size() - 1;
+      std::optional<std::string> objection = m_criteria.objection(fit, last);
+      if (!objection) objection = m_criteria.overlap_objection(fit, last, m_best);
+      if (objection) {
+        reject(fit.poles[last], *objection);
+        refused.push_back(peaks.front().pole);
+        ++refusals;
+        continue;
+      }
+      m_best = std::move(fit);
+      if (m_finder.empty()) m_finder = "search of the residual";
+    }
+  }
+
+  /// A local fit may have run away; the peak itself may do better.
+  bool retry_from(const DampedPole& peak, SinusoidFit& fit) const {
+    std::vector<DampedPole> poles = m_best.poles;
+    poles.push_back(peak);
+    fit = trial(poles);
+    return m_criteria.is_supported(m_best, fit);
+  }
+
+  /// Drops what does not stand up to the criteria, weakest first: what is no vibration at all
+  /// before what is compared with its neighbours.
+  void prune() {
+    while (drop_first(&Selector::is_no_vibration) || drop_first(&Selector::is_not_needed)) {
+    }
+  }
+
+  using Verdict = std::optional<std::string> (Selector::*)(std::size_t k,
+                                                           SinusoidFit& without) const;
+
+  /// Drops the weakest pole that `verdict` is against; false if there is none.
+  bool drop_first(Verdict verdict) {
+    for (const std::size_t k : m_criteria.by_energy(m_best)) {
+      SinusoidFit without;
+      const std::optional<std::string> reason = (this->*verdict)(k, without);
+      if (!reason) continue;
+      reject(m_best.poles[k], *reason);
+      m_best = std::move(without);
+      return true;
+    }
+    return false;
+  }
+
+  std::optional<std::string> is_no_vibration(std::size_t k, SinusoidFit& without) const {
+    const std::optional<std::string> reason = m_criteria.objection(m_best, k);
+    if (reason) without = trial(poles_without(k));
+    return reason;
+  }
+
+  std::optional<std::string> is_not_needed(std::size_t k, SinusoidFit& without) const {
+    if (!m_criteria.needs_refit_to_judge(m_best, k)) return std::nullopt;
+    without = trial(poles_without(k));
+    if (!m_criteria.is_supported(without, m_best)) return "not supported by the data";
+    return m_criteria.overlap_objection(m_best, k, without);
+  }
+
+  [[nodiscard]] std::vector<DampedPole> poles_without(std::size_t k) const {
+    std::vector<DampedPole> out = m_best.poles;
+    out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
+    return out;
+  }
+
+  void reject(const DampedPole& pole, const std::string& reason) {
+    const double width = 1.0 / m_criteria.duration_s();
+    const bool known = std::any_of(m_rejected.begin(), m_rejected.end(), [&](const auto& other) {
+      return other.reason == reason && std::abs(other.frequency_hz - pole.frequency_hz) < width;
+    });
+    if (!known) m_rejected.push_back({pole.frequency_hz, pole.decay_per_s, reason});
+  }
+
+  /// Weights of the channels by their own residual, isolated outliers by 0.
+  void weigh_channels() {
+    m_num_outliers = 0;
+    for (std::size_t c = 0; c < m_series.size(); ++c) {
+      const VectorXd& r = m_best.channels[c].residual;
+      const std::vector<bool> outlier = find_isolated_outliers(r);
+      double sum = 0.0;
+      double count = 0.0;
+      for (Index i = 0; i < r.size(); ++i) {
+        if (outlier[static_cast<std::size_t>(i)]) continue;
+        sum += r(i) * r(i);
+        count += 1.0;
+      }
+      const double sigma = std::max(std::sqrt(sum / std::max(count, 1.0)), m_floor[c]);
+      for (Index i = 0; i < r.size(); ++i) {
+        const bool out = outlier[static_cast<std::size_t>(i)];
+        m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
+        m_num_outliers += out ? 1 : 0;
+      }
+    }
+    m_best = trial(m_best.poles);
+  }
+
+  /// The drift is kept only if the criterion wants it; decays that are 0 within their sigma are 0.
+  void settle() {
+    RefineOptions options = refine_options(kFinalStep);
+    m_best = refine_sinusoids(m_series, m_best.poles, options);
+    options.fit_drift = false;
+    const SinusoidFit level = refine_sinusoids(m_series, m_best.poles, options);
+    if (bayes_criterion(level) <= bayes_criterion(m_best) || is_round_off(level)) {
+      m_drift = false;
+      m_best = level;
+    }
+    options.fit_drift = m_drift;
+    std::vector<bool> steady(m_best.poles.size(), false);
+    std::vector<DampedPole> poles = m_best.poles;
+    for (std::size_t k = 0; k < poles.size(); ++k) {
+      if (poles[k].decay_per_s >= 0.0 || m_criteria.is_growing(m_best, k)) continue;
+      poles[k].decay_per_s = 0.0;
+      steady[k] = true;
+    }
+    if (std::find(steady.begin(), steady.end(), true) == steady.end()) return;
+    options.fixed_decays = steady;
+    SinusoidFit fit = refine_sinusoids(m_series, poles, options);
+    for (std::size_t k = 0; k < poles.size(); ++k) {
+      // A decay at its bound still has the uncertainty of the free fit.
+      if (!steady[k]) continue;
+      const Index i = 2 * static_cast<Index>(k) + 1;
+      fit.pole_covariance(i, i) = m_best.pole_covariance(i, i);
+    }
+    m_best = std::move(fit);
+  }
+
+  ModeSelection finish() {
+    ModeSelection out;
+    for (std::size_t k = 0; k < m_best.poles.size(); ++k) {
+      out.is_growing.push_back(m_criteria.is_growing(m_best, k));
+      double nearest = kNaN;
+      for (const DampedPole& p : m_proposed) {
+        const DampedPole& q = m_best.poles[k];
+        const double distance =
+            std::hypot(kTwoPi * (p.frequency_hz - q.frequency_hz), p.decay_per_s - q.decay_per_s) /
+            std::hypot(kTwoPi * q.frequency_hz, q.decay_per_s);
+        if (!(nearest <= distance)) nearest = distance;
+      }
+      out.errors.push_back(nearest);
+    }
+    out.fit = std::move(m_best);
+    out.rejected = std::move(m_rejected);
+    out.finder = m_finder;
+    out.num_outliers = m_num_outliers;
+    for (const VectorXd& weights : m_weights) {
+      out.is_outlier.emplace_back(static_cast<std::size_t>(weights.size()));
+      for (Index i = 0; i < weights.size(); ++i) {
+        out.is_outlier.back()[static_cast<std::size_t>(i)] = weights(i) == 0.0;
+      }
+    }
+    return out;
+  }
+
+  const std::vector<SampleSeries>& m_series;
+  const SelectionOptions& m_options;
+  ModeCriteria m_criteria;
+  std::vector<double> m_floor;      ///< round-off of each channel
+  std::vector<VectorXd> m_weights;  ///< one a channel
+  bool m_drift = false;
+  SinusoidFit m_best;
+  std::vector<DampedPole> m_proposed;
+  std::vector<RejectedMode> m_rejected;
+  std::string m_finder;
+  int m_num_outliers = 0;
+};
+
+}  // namespace
+
+void SelectionOptions::check() const {
+  if (!(step_s > 0.0)) {
+    throw InputError(fmt::format("SelectionOptions.step_s is {}, must be > 0", step_s));
+  }
+  if (!(band_hz.low_hz >= 0.0 && band_hz.high_hz > band_hz.low_hz)) {
+    throw InputError(fmt::format("SelectionOptions.band_hz is {} to {}, must rise from 0 or above",
+                                 band_hz.low_hz,
+                                 band_hz.high_hz));
+  }
+  if (!(false_alarm_rate > 0.0 && false_alarm_rate < 1.0)) {
+    throw InputError(fmt::format("SelectionOptions.false_alarm_rate is {}, must be within (0, 1)",
+                                 false_alarm_rate));
+  }
+  if (max_candidates < 1) {
+    throw InputError(
+        fmt::format("SelectionOptions.max_candidates is {}, must be at least 1", max_candidates));
+  }
+}
+
+ModeSelection select_modes(const std::vector<SampleSeries>& series,
+                           const SelectionOptions& options) {
+  options.check();
+  return Selector(series, options).run();
+}
+
+}  // namespace twang
