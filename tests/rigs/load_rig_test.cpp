@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 #include <string>
 
 namespace twang {
@@ -229,6 +230,37 @@ TEST(LoadRig, AsksForTheTablesACommandNeeds) {
   EXPECT_TRUE(holds(refusal({.part = true}, "part = []\nmaterials = {}"), "is missing"));
   EXPECT_NO_THROW((void)load_text(kExampleRig,
                                   {.part = true, .clamp = true, .film = true, .observable = true}));
+}
+
+TEST(LoadRig, AnswersEveryDamagedFileWithARigOrOneSentence) {
+  const TemporaryFolder folder;
+  std::mt19937 random(11);
+  const auto below = [&](std::size_t bound) {
+    return std::uniform_int_distribution<std::size_t>(0, bound - 1)(random);
+  };
+  const std::string_view alphabet = "[]{}\"'=.,#-+_ \n\t09azmin\x01\xff";
+  int refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string text(kExampleRig);
+    for (std::size_t damage = 1 + below(3); damage > 0; --damage) {
+      const std::size_t at = below(text.size());
+      if (below(3) == 0) {
+        text.erase(at, 1 + below(30));
+      } else {
+        text.insert(at, 1, alphabet[below(alphabet.size())]);
+      }
+    }
+    const std::filesystem::path path = folder.write("rig.toml", text);
+    try {
+      (void)load_rig(path);
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      EXPECT_TRUE(message.starts_with(path.string() + ":")) << message;
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100) << "too little damage proves nothing";
 }
 
 TEST(LoadRig, RefusesWhatIsNoRigFileInOneSentence) {
