@@ -184,7 +184,9 @@ void TomlTable::complain(std::string_view key, std::string_view complaint) const
   const bool at_document = key.empty() && m_path.empty();
   const auto line = node && !at_document ? node->source().begin.line : 0;
   const std::string place = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
-  throw InputError(fmt::format("{}: {} {}", place, full_key(key), complaint));
+  const std::string subject = full_key(key);
+  throw InputError(
+      fmt::format("{}: {}{}{}", place, subject, subject.empty() ? "" : " ", complaint));
 }
 
 const toml::node& TomlTable::require(std::string_view key) const {

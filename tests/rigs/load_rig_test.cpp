@@ -216,11 +216,11 @@ TEST(LoadRig, AsksForTheTablesACommandNeeds) {
   const auto refusal = [&](const RigNeeds& needs, const std::string& more) {
     return refusal_of([&] { (void)load_text(bare + more, needs); });
   };
-  EXPECT_TRUE(holds(refusal({.part = true}, ""), "[materials.NAME] is missing"));
+  EXPECT_TRUE(holds(refusal({.part = true}, ""), "rig.toml: [materials.NAME] is missing"));
   EXPECT_TRUE(
       holds(refusal({.part = true}, "materials.m = {density_kg_m3 = 1, poissons_ratio = 0}"),
             "[[part]] is missing"));
-  EXPECT_TRUE(holds(refusal({.clamp = true}, ""), "[[clamp]] is missing"));
+  EXPECT_TRUE(holds(refusal({.clamp = true}, ""), "rig.toml: [[clamp]] is missing"));
   EXPECT_TRUE(holds(refusal({.film = true}, ""), "[[marker]] is missing"));
   EXPECT_TRUE(holds(
       refusal({.film = true},
