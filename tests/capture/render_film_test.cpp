@@ -184,13 +184,24 @@ TEST_F(RenderFilm, SilhouetteCoversThePartsArea) {
       rig, [&](double) { return with_part; }, options);
   constexpr double kPart = 120.0;
   double covered_px = 0.0;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < bare.images[0].pixels.size(); ++i) {
     const double bench = bare.images[0].pixels[i];
     if (filmed.images[0].pixels[i] == bare.images[0].pixels[i]) continue;
-    covered_px += (bench - filmed.images[0].pixels[i]) / (bench - kPart);
+    const double cover = (bench - filmed.images[0].pixels[i]) / (bench - kPart);
+    covered_px += cover;
+    const auto width = static_cast<std::size_t>(options.width_px);
+    centre +=
+        cover * Eigen::Vector2d(static_cast<double>(i % width), static_cast<double>(i / width));
   }
   // Grey levels are whole numbers: up to 1/130 of a pixel each.
   EXPECT_NEAR(covered_px * std::pow(filmed.truth.mm_per_px, 2), area_mm2, 0.005 * area_mm2);
+  // Its centre lies 7 mm left of and 14.7 mm below the middle marker; four samples a pixel and
+  // direction leave a few hundredths of a pixel.
+  const Eigen::Vector2d expected =
+      filmed.truth.position_px[0][0] + Eigen::Vector2d(-7.0, 14.7) / filmed.truth.mm_per_px;
+  EXPECT_NEAR(centre.x() / covered_px, expected.x(), 0.1);
+  EXPECT_NEAR(centre.y() / covered_px, expected.y(), 0.1);
 }
 
 TEST_F(RenderFilm, NoiseHasTheStatedSpread) {
