@@ -29,7 +29,7 @@ constexpr double kFlickerHz = 100.0;  // lamps on 50 Hz mains
 constexpr double kMargin = 0.05;      // free border over the picture's height [-]
 constexpr int kProbes = 64;           // moments at which the extent of the motion is looked up
 constexpr int kMinExposures = 8;      // sub-exposures of a frame in which anything moves visibly
-constexpr int kMaxExposures = 32;
+constexpr int kMaxExposures = 16;
 constexpr double kExposureStep = 0.1;  // motion between two sub-exposures [px]
 constexpr double kStill = 0.02;        // motion within an exposure that one sub-exposure shows [px]
 
@@ -201,8 +201,8 @@ class FilmSet {
     return result;
   }
 
-  /// The moments whose average is the exposure: as many as the motion asks for, none more than one
-  /// where nothing moves.
+  /// The moments whose average is the exposure: as many as the motion asks for, one where nothing
+  /// moves.
   [[nodiscard]] std::vector<Projection> sub_exposures(double time_s,
                                                       double open_s,
                                                       const Eigen::Vector2d& shift) const {

@@ -42,13 +42,18 @@ void check_luma(const std::filesystem::path& path, int format) {
                                name ? name : "unknown"));
 }
 
+/// Whether a format is a bare sequence of pictures, which knows no time; FFmpeg would invent 25
+/// frames a second.
+bool is_timeless(const AVInputFormat& format) {
+  return (format.flags & AVFMT_NOTIMESTAMPS) || std::string_view(format.name).ends_with("_pipe");
+}
+
 /// The container's rate: the nominal one where it says the same as the average.
 std::optional<double> declared_rate(const AVFormatContext& container,
                                     const AVStream& stream,
                                     const AVCodecContext& codec) {
   const auto rate = [](AVRational q) { return q.num > 0 && q.den > 0 ? av_q2d(q) : 0.0; };
-  // A bare stream of pictures knows no time; FFmpeg would invent 25 frames a second.
-  if (container.iformat->flags & AVFMT_NOTIMESTAMPS) {
+  if (is_timeless(*container.iformat)) {
     const double coded = rate(codec.framerate);
     return coded > 0.0 ? std::optional(coded) : std::nullopt;
   }
@@ -160,8 +165,7 @@ struct VideoReader::Impl {
   [[nodiscard]] double stamp_s() const {
     std::int64_t ticks = frame->best_effort_timestamp;
     if (restore_order) ticks = scan.stamps[static_cast<std::size_t>(decoded - 1)].ticks;
-    const bool timeless = film.container->iformat->flags & AVFMT_NOTIMESTAMPS;
-    if (ticks == AV_NOPTS_VALUE || timeless) return kNaN;
+    if (ticks == AV_NOPTS_VALUE || is_timeless(*film.container->iformat)) return kNaN;
     return static_cast<double>(ticks) * info.tick_s;
   }
 

@@ -66,18 +66,18 @@ std::vector<PointMass> read_masses(const TomlTable& document) {
   return masses;
 }
 
-void check_needs(const TomlTable& document, const RigNeeds& needs) {
-  const auto need = [&](bool needed, const char* key, const char* header, const char* purpose) {
-    if (needed && !document.has(key)) {
+void check_needs(const TomlTable& document, const Rig& rig, const RigNeeds& needs) {
+  const auto need = [&](bool needed, bool there, const char* header, const char* purpose) {
+    if (needed && !there) {
       document.complain("", fmt::format("{} is missing, must be there {}", header, purpose));
     }
   };
-  need(needs.part, "materials", "[materials.NAME]", "to say what the part is made of");
-  need(needs.part, "part", "[[part]]", "to say what shape the part has");
-  need(needs.clamp, "clamp", "[[clamp]]", "to say where the part is held");
-  need(needs.film, "marker", "[[marker]]", "to be found in a film");
-  need(needs.film, "camera", "[camera]", "to say how the rig is filmed");
-  need(needs.observable, "observable", "[observable]", "to say what is measured");
+  need(needs.part, !rig.materials.empty(), "[materials.NAME]", "to say what the part is made of");
+  need(needs.part, !rig.parts.empty(), "[[part]]", "to say what shape the part has");
+  need(needs.clamp, !rig.clamps.empty(), "[[clamp]]", "to say where the part is held");
+  need(needs.film, !rig.markers.empty(), "[[marker]]", "to be found in a film");
+  need(needs.film, rig.camera.has_value(), "[camera]", "to say how the rig is filmed");
+  need(needs.observable, rig.observable.has_value(), "[observable]", "to say what is measured");
 }
 
 toml::table parse_rig(const std::string& content, const std::string& file) {
@@ -117,7 +117,6 @@ Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
   rig.name = document.text("name");
   rig.file = path;
   rig.sha256 = sha256_of_text(content);
-  check_needs(document, needs);
   rig.specimen = detail::read_specimen(document);
   rig.materials = detail::read_materials(document);
   rig.parts = detail::read_parts(document, rig.materials, path.parent_path());
@@ -129,6 +128,7 @@ Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
   rig.release = read_release(document);
   rig.tolerance = read_tolerance(document);
   rig.gravity_m_s2 = read_gravity(document);
+  check_needs(document, rig, needs);
   return rig;
 }
 

@@ -90,6 +90,9 @@ RawSurface read_ascii_stl(const std::string& file, std::string_view text) {
       append_triangle_of_last_three(surface);
     }
   });
+  if (surface.vertices.size() != 3 * surface.triangles.size()) {
+    throw InputError(fmt::format("{}: is cut short, must end after a facet", file));
+  }
   return surface;
 }
 
@@ -162,7 +165,8 @@ RawSurface read_raw(const std::filesystem::path& path) {
     throw InputError(fmt::format("{}: is no surface file, must be named .stl or .obj", file));
   }
   if (is_binary_stl(content)) return read_binary_stl(content);
-  if (content.starts_with("solid")) return read_ascii_stl(file, content);
+  const bool is_text = content.find('\0') == std::string::npos;
+  if (is_text && content.starts_with("solid")) return read_ascii_stl(file, content);
   throw InputError(fmt::format(
       "{}: holds {} bytes, must be ASCII STL or binary STL of {} triangles as its header says",
       file,

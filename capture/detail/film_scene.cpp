@@ -22,6 +22,7 @@ constexpr double kBenchGradient = 10.0;  // from the middle to the edge
 constexpr double kBenchTexture = 2.5;    // amplitude of each wave
 
 constexpr double kPaperHalf = 0.5 * kPaperSide;
+constexpr double kEdgeOn = 1e-2;    // twice the area of a face that is not worth filling [px²]
 constexpr int kMaskSamples = 4;     // per pixel and direction, of the silhouette
 constexpr double kUniform = 1e-9;   // part of an area that is rounding, not a second tone
 constexpr int kPatternSamples = 4;  // per pixel and direction, of a marker
@@ -40,6 +41,18 @@ PixelBox clip(double x0, double y0, double x1, double y1, const Canvas& canvas) 
 double covered(double x, double width, double half) {
   return std::clamp(
       (std::min(x + 0.5 * width, half) - std::max(x - 0.5 * width, -half)) / width, 0.0, 1.0);
+}
+
+/// Whether a face covers next to nothing; its neighbours' edges then stand for it.
+bool seen_edge_on(const ProjectedFace& face) {
+  const Eigen::Vector2d a = face[2] - face[0];
+  const Eigen::Vector2d b = face[3] - face[1];
+  const Eigen::Vector2d c = face[1] - face[0];
+  const Eigen::Vector2d d = face[2] - face[3];
+  const auto cross = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
+    return std::abs(p.x() * q.y() - p.y() * q.x());
+  };
+  return cross(a, b) < kEdgeOn && cross(c, a) < kEdgeOn && cross(d, a) < kEdgeOn;
 }
 
 /// Marks the samples of `mask` whose centres lie in a triangle. The mask covers `box`,
@@ -164,6 +177,7 @@ void paint_silhouette(Canvas& canvas,
   const auto columns = static_cast<std::ptrdiff_t>(box.x1 - box.x0) * kMaskSamples;
   mask.assign(static_cast<std::size_t>(columns * (box.y1 - box.y0) * kMaskSamples), 0);
   for (const ProjectedFace& face : faces) {
+    if (seen_edge_on(face)) continue;
     fill_triangle({face[0], face[1], face[2]}, box, mask);
     fill_triangle({face[0], face[2], face[3]}, box, mask);
   }

@@ -158,7 +158,8 @@ OpenedFilm open_film(const fs::path& path) {
   }
   const int index = av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (index < 0) {
-    throw InputError(fmt::format("{}: has no pictures, must be a film", path.string()));
+    throw InputError(
+        fmt::format("{}: has no pictures: it is no film, or is cut off", path.string()));
   }
   film.stream = raw->streams[index];
   if (film.stream->disposition & AV_DISPOSITION_ATTACHED_PIC) {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/marker_pattern.hpp"
+
+#include "core/constants.hpp"
+#include "tests/support/expect_refusal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace twang::test {
+namespace {
+
+constexpr MarkerKind kDrawn[] = {
+    MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker};
+
+/// Mean of the pattern at the centres of n x n cells.
+double brute_force_average(MarkerKind kind, double x, double y, double width, int n) {
+  double sum = 0.0;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      sum +=
+          pattern_value(kind, x + width * ((i + 0.5) / n - 0.5), y + width * ((j + 0.5) / n - 0.5));
+    }
+  }
+  return sum / (n * n);
+}
+
+TEST(MarkerPattern, AreaAverageAgreesWithBruteForce) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-0.7, 0.7);
+  std::uniform_real_distribution<double> size(0.02, 0.9);
+  constexpr int kCells = 200;
+  // Cells that an edge cuts are counted whole: at most one a row or column for each of the edges
+  // (8 of a cross's in one direction, which partly cancel).
+  constexpr double kTolerance = 4.0 / kCells;
+  int mixed = 0;
+  for (const MarkerKind kind : kDrawn) {
+    for (int trial = 0; trial < 30; ++trial) {
+      const double x = place(random);
+      const double y = place(random);
+      const double width = size(random);
+      const double expected = brute_force_average(kind, x, y, width, kCells);
+      EXPECT_NEAR(pattern_value_averaged(kind, x, y, width), expected, kTolerance)
+          << to_string(kind) << " at " << x << ", " << y << " width " << width;
+      mixed += expected > 0.01 && expected < 0.99;
+    }
+  }
+  EXPECT_GT(mixed, 40);  // most of the squares do lie across an edge
+}
+
+TEST(MarkerPattern, WholeAreaIsTheClosedForm) {
+  // Exact up to rounding.
+  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Cross, 0, 0, 1), 1.0 - 5.0 / 9.0, 1e-12);
+  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Dot, 0, 0, 1), 1.0 - kPi / 4.0, 1e-12);
+  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Ring, 0, 0, 1), 1.0 - 3.0 * kPi / 16.0, 1e-12);
+  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Checker, 0, 0, 1), 0.5, 1e-12);
+}
+
+TEST(MarkerPattern, QuadrantsOfADiskAddUp) {
+  // A square with a corner anywhere in the disk: four of them tile the disk's square.
+  const double x = 0.13;
+  const double y = -0.21;
+  double ink = 0.0;
+  for (const double sx : {-1.0, 1.0}) {
+    for (const double sy : {-1.0, 1.0}) {
+      ink += 1.0 - pattern_value_averaged(MarkerKind::Dot, x + sx, y + sy, 2.0);
+    }
+  }
+  EXPECT_NEAR(4.0 * ink, kPi / 4.0, 1e-12);  // rounding
+}
+
+TEST(MarkerPattern, IsInkAndPaperWhereThePictureSaysSo) {
+  EXPECT_EQ(pattern_value(MarkerKind::Cross, 0.45, 0.1), 0.0);
+  EXPECT_EQ(pattern_value(MarkerKind::Cross, 0.45, 0.2), 1.0);
+  EXPECT_EQ(pattern_value(MarkerKind::Ring, 0.0, 0.2), 1.0);
+  EXPECT_EQ(pattern_value(MarkerKind::Ring, 0.0, 0.3), 0.0);
+  EXPECT_EQ(pattern_value(MarkerKind::Checker, -0.2, -0.2), 0.0);  // upper left
+  EXPECT_EQ(pattern_value(MarkerKind::Checker, 0.2, -0.2), 1.0);   // upper right
+  for (const MarkerKind kind : kDrawn) {
+    EXPECT_EQ(pattern_value(kind, 0.51, 0.0), 1.0);
+    EXPECT_EQ(pattern_value_averaged(kind, 0.8, 0.0, 0.5), 1.0);
+  }
+}
+
+TEST(MarkerPattern, RepeatsAfterItsPeriodAndNotBefore) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-0.5, 0.5);
+  const auto differing = [&](MarkerKind kind, double angle) {
+    int count = 0;
+    for (int trial = 0; trial < 500; ++trial) {
+      const double x = place(random);
+      const double y = place(random);
+      const double c = std::cos(angle);
+      const double s = std::sin(angle);
+      count += pattern_value(kind, x, y) != pattern_value(kind, c * x - s * y, s * x + c * y);
+    }
+    return count;
+  };
+  for (const MarkerKind kind : {MarkerKind::Cross, MarkerKind::Checker}) {
+    EXPECT_EQ(differing(kind, rotational_period_rad(kind)), 0);
+    EXPECT_GT(differing(kind, rotational_period_rad(kind) / 2.0), 50);
+  }
+  for (const MarkerKind kind : {MarkerKind::Dot, MarkerKind::Ring}) {
+    EXPECT_EQ(rotational_period_rad(kind), 0.0);
+    EXPECT_EQ(differing(kind, 0.7), 0);
+  }
+}
+
+TEST(MarkerPattern, RefusesKindsItCannotDraw) {
+  for (const MarkerKind kind : {MarkerKind::ArUco, MarkerKind::AprilTag, MarkerKind::Patch}) {
+    EXPECT_TRUE(
+        holds(refusal_of([&] { (void)pattern_value(kind, 0, 0); }), std::string(to_string(kind))));
+    EXPECT_TRUE(holds(refusal_of([&] { (void)pattern_value_averaged(kind, 0, 0, 1); }),
+                      std::string(to_string(kind))));
+  }
+}
+
+}  // namespace
+}  // namespace twang::test
