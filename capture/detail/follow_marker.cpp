@@ -92,7 +92,11 @@ Eigen::Vector2d MarkerFollower::predict() {
     m_forecasts[1] = m_background.rest_px + kappa * (last - m_background.rest_px) -
                      (before - m_background.rest_px);
   }
-  return m_forecasts[m_forecast_error[1] < m_forecast_error[0] ? 1 : 0];
+  const Eigen::Vector2d& forecast = m_forecasts[m_forecast_error[1] < m_forecast_error[0] ? 1 : 0];
+  // A fast swing turns round; it does not go on beyond its reach.
+  if (within_reach(forecast) || (forecast - last).norm() < m_size_px) return forecast;
+  const Eigen::Vector2d out = forecast - m_background.rest_px;
+  return m_background.rest_px + out * (m_background.reach_px / out.norm());
 }
 
 MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Vector2d& at) const {
@@ -130,7 +134,7 @@ MarkerFollower::Verdict MarkerFollower::judge(const MarkerAlignment& found,
   return {true, ""};
 }
 
-/// How far from the prediction it may be found.
+/// How far from its last place it may be found beyond its reach.
 double MarkerFollower::gate_px() const {
   const double moved = (m_predicted - m_recent.back()).norm();
   const double gate = std::min(m_size_px * (1.0 + m_frames_lost), kWidestGate * m_size_px) + moved;
@@ -142,14 +146,18 @@ bool MarkerFollower::within_reach(const Eigen::Vector2d& px) const {
          kReachSlack * m_background.reach_px + kReachSlackSizes * m_size_px;
 }
 
+bool MarkerFollower::allowed(const Eigen::Vector2d& px) const {
+  return within_reach(px) || (px - m_recent.back()).norm() < gate_px();
+}
+
 std::optional<MarkerAlignment> MarkerFollower::search(const LumaFrame& frame,
                                                       const std::vector<Eigen::Vector2d>& taken,
                                                       std::string& why) const {
   const double gate = gate_px();
   const double reach = kReachSlack * m_background.reach_px + kReachSlackSizes * m_size_px;
-  const Eigen::Vector2d low = (m_predicted.array() - gate).min(m_background.rest_px.array() - reach);
-  const Eigen::Vector2d high =
-      (m_predicted.array() + gate).max(m_background.rest_px.array() + reach);
+  const Eigen::Vector2d& last = m_recent.back();
+  const Eigen::Vector2d low = (last.array() - gate).min(m_background.rest_px.array() - reach);
+  const Eigen::Vector2d high = (last.array() + gate).max(m_background.rest_px.array() + reach);
   std::vector<MarkerAlignment> good;
   for (const MarkerPeak& peak : search_marker(frame,
                                               m_marker,
@@ -159,7 +167,7 @@ std::optional<MarkerAlignment> MarkerFollower::search(const LumaFrame& frame,
                                               kLeastCorrelation)) {
     const MarkerAlignment found = align_at(frame, peak.position_px);
     const Eigen::Vector2d& px = found.placement.position_px;
-    if (!found.converged || ((px - m_predicted).norm() > gate && !within_reach(px))) continue;
+    if (!found.converged || !allowed(px)) continue;
     const Verdict verdict = judge(found, taken);
     const bool known = std::any_of(good.begin(), good.end(), [&](const MarkerAlignment& other) {
       return (other.placement.position_px - px).norm() < kApart * m_size_px;
@@ -168,6 +176,12 @@ std::optional<MarkerAlignment> MarkerFollower::search(const LumaFrame& frame,
     if (!verdict.good) why = verdict.why;
   }
   if (good.empty()) return std::nullopt;
+  // A vibration stays within the reach it has shown: what lies farther out counts only if nothing
+  // lies within.
+  const auto beyond = std::stable_partition(good.begin(), good.end(), [&](const auto& found) {
+    return within_reach(found.placement.position_px);
+  });
+  if (beyond != good.begin()) good.erase(beyond, good.end());
   const auto distance = [&](const MarkerAlignment& found) {
     return (found.placement.position_px - m_predicted).norm();
   };
@@ -175,7 +189,8 @@ std::optional<MarkerAlignment> MarkerFollower::search(const LumaFrame& frame,
       good.begin(), good.end(), [&](const MarkerAlignment& a, const MarkerAlignment& b) {
         return distance(a) < distance(b);
       });
-  if (good.size() > 1 && distance(*nearest) > kCapture * m_size_px) {
+  // Of several, only one where it was expected, by a forecast that is not stale.
+  if (good.size() > 1 && (m_frames_lost > 0 || distance(*nearest) > kCapture * m_size_px)) {
     why = "several places look like it";
     return std::nullopt;
   }
@@ -209,11 +224,13 @@ MarkerSample MarkerFollower::follow(const LumaFrame& frame,
   std::optional<MarkerAlignment> found;
   std::string why = "nothing there looks like it";
   for (const Eigen::Vector2d& start : {m_predicted, m_recent.back()}) {
+    if (m_frames_lost > 0) break;  // the forecast is stale: look everywhere
     const MarkerAlignment tried = align_at(frame, start);
-    const bool near = tried.converged && (tried.placement.position_px - m_predicted).norm() <
-                                             std::max(kCapture * m_size_px, 0.5 * gate_px());
+    const Eigen::Vector2d& px = tried.placement.position_px;
+    const bool near = (px - m_predicted).norm() < kCapture * m_size_px ||
+                      (px - m_recent.back()).norm() < kCapture * m_size_px;
     const Verdict verdict = judge(tried, taken);
-    if (verdict.good && near) {
+    if (verdict.good && near && allowed(px)) {
       found = tried;
       break;
     }

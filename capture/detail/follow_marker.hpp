@@ -29,8 +29,9 @@ struct MarkerBackground {
 /// Follows one marker from frame to frame.
 ///
 /// Its place is predicted by constant velocity or as a free vibration about rest, whichever has done
-/// better of late, and found by alignment. Where that fails it is sought by correlation, within a
-/// gate about the prediction and within the reach it has shown about its rest. A place counts only if
+/// better of late, and found by alignment. Where that fails it is sought by correlation, within the
+/// reach it has shown about its rest, and beyond within a gate about its last place, no wider than
+/// half way to the nearest thing that looks alike. A place counts only if
 /// score, contrast and turn are the marker's own; if several places look alike and none is where the
 /// prediction is, it is lost rather than guessed.
 class MarkerFollower {
@@ -56,6 +57,7 @@ class MarkerFollower {
                                                       std::string& why) const;
   [[nodiscard]] double gate_px() const;
   [[nodiscard]] bool within_reach(const Eigen::Vector2d& px) const;
+  [[nodiscard]] bool allowed(const Eigen::Vector2d& px) const;
   void accept(const MarkerAlignment& found);
 
   MarkerTemplate m_marker;
