@@ -50,8 +50,8 @@ struct RayleighFit {
 struct ModulusSensitivities {
   double dimension_per_m = 0.0;  ///< every outer face of the part moved outwards by half of it,
                                  ///< held nodes stay held: thickness [1/m]
-  double poissons_ratio = 0.0;  ///< by nu [-]
-  double density = 1.0;         ///< by ln rho; 1 exactly without added weights [-]
+  double poissons_ratio = 0.0;   ///< by nu [-]
+  double density = 1.0;          ///< by ln rho; 1 exactly without added weights [-]
 };
 /// The sensitivities on one hex20 mesh whose topology is kept.
 ///
@@ -60,7 +60,8 @@ struct ModulusSensitivities {
 /// eigenproblem in all. The stairs of a voxelized curved face count along each axis, which makes
 /// `dimension_per_m` an upper estimate there.
 ///
-/// @param dx_m  cell size; one cell through the thinnest part is enough [m]
+/// @param dx_m  cell size, that of an accurate rung of the ladder: a coarser mesh that locks
+///              exaggerates the part of nu [m]
 /// @throws InputError as `build_mesh_ladder`; NumericalFailure if the eigenproblem cannot be solved
 [[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m);
 
