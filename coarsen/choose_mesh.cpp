@@ -15,8 +15,8 @@ namespace {
 /// Unknowns of the reference mesh that shapes are compared with, if a rung that small is accurate:
 /// the surface of a larger one costs more than it shows.
 constexpr long kComparisonDofs = 120000;
-/// Finer candidates tried where the first one fails.
-constexpr int kMaxFiner = 2;
+/// A mesh that is to be coarse may have this share of max_dofs [-].
+constexpr double kShareOfCandidate = 0.25;
 
 /// The finest accurate rung that is not large, else the coarsest accurate one.
 const MeshRung& rung_to_compare_with(const MeshLadder& ladder) {
@@ -57,7 +57,8 @@ class CandidateWalk {
   [[nodiscard]] const MeshRung& comparison() const { return m_comparison; }
 
   [[nodiscard]] bool affordable(double dx_m) const {
-    return count_dofs(m_rig, dx_m, ElementKind::Hex8) <= m_options.max_dofs;
+    return static_cast<double>(count_dofs(m_rig, dx_m, ElementKind::Hex8)) <=
+           kShareOfCandidate * static_cast<double>(m_options.max_dofs);
   }
 
   /// @throws InputError if the part cannot be meshed at this dx
@@ -130,8 +131,7 @@ void choose_mesh(const Rig& rig,
   } else {
     double dx = walk.affordable(start_dx_m / 2.0) ? start_dx_m / 2.0 : start_dx_m;
     tried.push_back(walk.run(dx));
-    for (int i = 0; i < kMaxFiner && !tried.front().candidate.passes; ++i) {
-      if (!walk.affordable(tried.front().candidate.dx_m / 2.0)) break;
+    while (!tried.front().candidate.passes && walk.affordable(tried.front().candidate.dx_m / 2.0)) {
       tried.insert(tried.begin(), walk.run(tried.front().candidate.dx_m / 2.0));
     }
     // Coarser ones, as long as the shapes agree and the solids do not slip through the cells.

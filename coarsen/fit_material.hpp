@@ -60,7 +60,8 @@ struct ModulusSensitivities {
 /// eigenproblem in all. The stairs of a voxelized curved face count along each axis, which makes
 /// `dimension_per_m` an upper estimate there.
 ///
-/// @param dx_m  cell size; one cell through the thinnest part is enough [m]
+/// @param dx_m  cell size, that of an accurate rung of the ladder: a coarser mesh that locks
+///              exaggerates the part of nu [m]
 /// @throws InputError as `build_mesh_ladder`; NumericalFailure if the eigenproblem cannot be solved
 [[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m);
 

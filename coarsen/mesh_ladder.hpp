@@ -6,7 +6,6 @@
 #include "fem/hex_mesh.hpp"
 #include "rigs/rig.hpp"
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,14 +22,17 @@ struct MeshRung {
 };
 
 struct LadderOptions {
-  std::optional<double> start_dx_m;  ///< absent: the smallest edge of the rig's solids [m]
-  double convergent_change = 0.01;   ///< frequencies change by less on halving dx: convergent [-]
+  std::optional<double> start_dx_m;  ///< absent: the smallest edge of the rig's solids, halved
+                                     ///< until every solid and clamp is caught [m]
+  double convergent_change = 0.01;  ///< frequencies change by less on halving dx: convergent [-]
   double accurate_change = 0.05;  ///< frequencies within this of the convergent mesh: accurate [-]
   double shape_tolerance = 0.05;  ///< mode distance up to which a coarser mesh is taken [-]
   int num_modes = 4;              ///< dominant modes whose shapes must agree
   int num_frequencies = 10;       ///< modes computed and reported
-  long max_dofs = 450000;         ///< unknowns the reference ladder may reach
-  std::optional<double> coarse_dx_m;  ///< the coarse mesh wanted; absent: chosen [m]
+  long max_dofs = 450000;         ///< unknowns the reference ladder may reach; a start above it is
+                                  ///< coarsened, a coarse mesh gets a quarter
+  std::optional<double> coarse_dx_m;  ///< the coarse mesh wanted, compared all the same; absent:
+                                      ///< chosen [m]
   ProgressCallback progress = {};
   void check() const;
 };
@@ -47,7 +49,8 @@ struct RichardsonLimit {
 struct ModeComparison {
   double max_difference =
       0.0;  ///< largest pointwise difference over the peak, worst of the compared modes [-]
-  double hausdorff = 0.0;  ///< the paper's set distance of the deflected surfaces over the peak [-]
+  double hausdorff = 0.0;  ///< the paper's set distance of the surfaces deflected to a peak of a
+                           ///< tenth of the part's largest dimension, over that peak [-]
   std::vector<double> difference_by_mode;
   std::vector<double> hausdorff_by_mode;
 };
@@ -79,9 +82,15 @@ struct MeshLadder {
 
 /// Walks the ladder: refines hex20 by halving dx until the frequencies stand, then coarsens hex8 as
 /// long as the dominant mode shapes agree.
-/// @throws InputError if the rig lacks part or clamp or its materials leave nothing to identify
-/// sensibly; Cancelled;
-///         NumericalFailure if an eigenproblem cannot be solved
+///
+/// A third reference rung is added to two convergent ones where it costs little, so that the order
+/// is observed. Shapes are compared with the finest accurate rung that is not large (`choice` names
+/// it). If no hex8 mesh keeps the shapes, the finest tried is taken and a note says so. A modulus
+/// the rig states takes no part.
+///
+/// @throws InputError if the rig lacks part or clamp, if the part has several materials, or if no
+/// mesh of at most max_dofs unknowns holds every solid; Cancelled; NumericalFailure if an
+/// eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
 /// Mesh, held nodes and the first `num_modes` eigenmodes of a rig (fewer if the mesh has not that
@@ -101,8 +110,16 @@ struct MeshLadder {
                                                              const HexMesh& mesh,
                                                              double unknown_modulus_pa = 1.0);
 
-/// Distance of the first `num_modes` mode shapes of two meshes of one part; near-equal frequencies
-/// are matched as subspaces, not by number [DESIGN of the distance: docs/NOTATION.md].
+/// Distance of the first `num_modes` mode shapes of two meshes of one part.
+///
+///     u  a fine mode on the fine surface,  C  the coarse modes that stand for it, there
+///     p = C argmin ‖u - C c‖, scaled to max |p| = max |u|
+///     difference = max |u - p| / max |u|
+///
+/// Partners are found by shape, not by number: as many coarse modes as the fine mode has of near
+/// equal frequency (itself included), those that lie most nearly in the span of these, and whatever
+/// coarse modes share their frequencies. Points outside the coarse mesh move with its nearest
+/// element. Both meshes are voxel meshes.
 [[nodiscard]] ModeComparison compare_modes(const MeshRung& fine,
                                            const MeshRung& coarse,
                                            int num_modes);

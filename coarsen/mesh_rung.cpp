@@ -2,7 +2,6 @@
 #include "coarsen/detail/mesh_rung.hpp"
 
 #include "core/error.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +14,7 @@
 namespace twang {
 
 std::string millimetres(double length_m) {
-  return rounded_text(length_m * kMillimetresPerMetre, 4) + " mm";
+  return fmt::format("{:.4g} mm", length_m * kMillimetresPerMetre);
 }
 
 std::string describe(const HexMesh& mesh) {
