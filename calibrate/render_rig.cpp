@@ -7,6 +7,7 @@
 #include "core/units.hpp"
 #include "fem/static_solve.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
