@@ -3,9 +3,9 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/sinusoid_basis.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -20,8 +20,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Keeps exp() finite while the optimizer tries growing poles; exp(300) squared is still a double.
-constexpr double kMaxGrowthExponent = 300.0;
 /// Beyond this many decay constants a sample per step a pole is a single spike.
 constexpr double kMaxDecayPerSample = 4.0;
 
@@ -36,16 +34,6 @@ struct Projection {
   VectorXd coefficients;
   VectorXd residual;  ///< weighted
 };
-
-/// exp(-d t) cos, exp(-d t) sin of one pole at every sample.
-void fill_pole_columns(const DampedPole& pole, const VectorXd& time_s, Eigen::Ref<MatrixXd> out) {
-  const double omega = kTwoPi * pole.frequency_hz;
-  for (Index i = 0; i < time_s.size(); ++i) {
-    const double envelope = std::exp(std::min(-pole.decay_per_s * time_s(i), kMaxGrowthExponent));
-    out(i, 0) = envelope * std::cos(omega * time_s(i));
-    out(i, 1) = envelope * std::sin(omega * time_s(i));
-  }
-}
 
 class Model {
  public:
@@ -70,7 +58,7 @@ class Model {
     out.col(0).setOnes();
     if (m_options.fit_drift) out.col(1) = t / duration(c);
     for (std::size_t k = 0; k < poles.size(); ++k) {
-      fill_pole_columns(poles[k], t, out.middleCols(column_of_pole(m_options.fit_drift, k), 2));
+      fill_sinusoid_columns(poles[k], t, out.middleCols(column_of_pole(m_options.fit_drift, k), 2));
     }
     return out;
   }
@@ -84,11 +72,8 @@ class Model {
     const VectorXd w = weights(c);
     const MatrixXd weighted = w.asDiagonal() * basis;
     const VectorXd y = w.cwiseProduct(m_series[c].value);
-    const Eigen::HouseholderQR<MatrixXd> qr(weighted);
     Projection out;
-    const Index columns = basis.cols();
-    out.q = qr.householderQ() * MatrixXd::Identity(basis.rows(), columns);
-    out.r = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+    orthonormalize(weighted, out.q, out.r);
     const VectorXd projected = out.q.transpose() * y;
     out.residual = y - out.q * projected;
     // A second pass takes out what round-off left in the span of the basis.
@@ -326,7 +311,7 @@ Termination minimize(const Model& model, std::vector<DampedPole>& poles) {
   }
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
-  options.linear_solver_type = ceres::DENSE_QR;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = model.options().max_iterations;
   options.parameter_tolerance = model.options().relative_step;
   options.function_tolerance = model.options().relative_step;

@@ -25,11 +25,16 @@ constexpr std::size_t kRefinedProposals = 3;
 constexpr int kMaxRounds = 5;
 /// The residual is searched again after this many proposals in a row were refused, no more.
 constexpr int kMaxRefusals = 6;
+/// A fit with a residual below this part of the signal is worth polishing before it is judged.
+constexpr double kNearlyExact = 1e-4;
+/// A peak on the grid of the search has at least this part of the gain between its points.
+constexpr double kHopefulGain = 0.6;
 /// Relative step at which a trial fit is good enough to be judged, and a final one.
 constexpr double kTrialStep = 1e-5;
 constexpr double kFinalStep = 1e-14;
-/// A residual this small beside the signal is round-off.
+/// Round-off of a sample, and of its phase per half turn of the fastest sinusoid up to then.
 constexpr double kRoundOff = 4e-15;
+constexpr double kPhaseRoundOff = 2e-16;
 
 class Selector {
  public:
@@ -37,7 +42,9 @@ class Selector {
       : m_series(series), m_options(options), m_criteria(series, options) {
     for (const SampleSeries& s : series) {
       const double spread = std::sqrt((s.value.array() - s.value.mean()).square().mean());
-      const double floor = kRoundOff * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
+      const double half_turns = s.time_s(s.time_s.size() - 1) / options.step_s;
+      const double floor = (kRoundOff + kPhaseRoundOff * half_turns) *
+                           std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
       m_floor.push_back(floor);
       m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
     }
@@ -51,6 +58,7 @@ class Selector {
       for (int round = 0; round < kMaxRounds; ++round) {
         const std::size_t poles = m_best.poles.size();
         const int outliers = m_num_outliers;
+        polish();
         extend();
         prune();
         weigh_channels();
@@ -79,8 +87,7 @@ class Selector {
   [[nodiscard]] bool is_round_off(const SinusoidFit& fit) const {
     for (std::size_t c = 0; c < m_series.size(); ++c) {
       const VectorXd& r = fit.channels[c].residual;
-      if (std::sqrt(r.squaredNorm() / static_cast<double>(r.size())) > 10.0 * m_floor[c])
-        return false;
+      if (std::sqrt(r.squaredNorm() / static_cast<double>(r.size())) >= m_floor[c]) return false;
     }
     return true;
   }
@@ -124,6 +131,8 @@ class Selector {
       if (bayes_criterion(m_best) < bayes_criterion(kept)) {
         m_finder = proposal.finder;
         m_proposed = start;
+        polish();
+        if (is_round_off(m_best) || find_peaks({}).empty()) return;
       } else {
         m_best = std::move(kept);
         m_rejected = std::move(rejected);
@@ -155,20 +164,39 @@ class Selector {
     }
   }
 
+  /// Takes a fit that is close to exact all the way, lest its last digits pass for modes.
+  void polish() {
+    for (std::size_t c = 0; c < m_series.size(); ++c) {
+      const VectorXd& y = m_series[c].value;
+      const double spread = (y.array() - y.mean()).matrix().norm();
+      if (m_best.channels[c].residual.norm() > kNearlyExact * spread) return;
+    }
+    m_best = refine_sinusoids(m_series, m_best.poles, refine_options(kFinalStep));
+  }
+
+  /// The place that explains most of the residual; none if it cannot be worth a mode.
+  [[nodiscard]] std::vector<PoleCandidate> find_peaks(
+      const std::vector<DampedPole>& refused) const {
+    auto peaks = search_residual(
+        weighted_residuals(m_best), m_options.step_s, m_options.band_hz, refused, 1);
+    const double needed = kHopefulGain * m_criteria.least_gain(m_best.num_samples);
+    std::erase_if(peaks, [&](const PoleCandidate& peak) { return peak.amplitude < needed; });
+    return peaks;
+  }
+
   /// Adds the best-explaining sinusoid again and again.
   void extend() {
     std::vector<DampedPole> refused;
     for (int refusals = 0; refusals < kMaxRefusals && !is_round_off(m_best);) {
       report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-      const auto residuals = weighted_residuals(m_best);
-      const auto peaks =
-          search_residual(residuals, m_options.step_s, m_options.band_hz, refused, 1);
+      const auto peaks = find_peaks(refused);
       if (peaks.empty()) return;
       RefineOptions local;
       local.relative_step = kTrialStep;
       local.max_iterations = 20;
       local.max_frequency_hz = 0.5 / m_options.step_s;
-      const SinusoidFit single = refine_sinusoids(residuals, {peaks.front().pole}, local);
+      const SinusoidFit single =
+          refine_sinusoids(weighted_residuals(m_best), {peaks.front().pole}, local);
       std::vector<DampedPole> poles = m_best.poles;
       poles.push_back(single.poles.front());
       SinusoidFit fit = trial(poles);
@@ -250,6 +278,7 @@ class Selector {
 
   /// Weights of the channels by their own residual, isolated outliers by 0.
   void weigh_channels() {
+    if (is_round_off(m_best)) return;
     m_num_outliers = 0;
     for (std::size_t c = 0; c < m_series.size(); ++c) {
       const VectorXd& r = m_best.channels[c].residual;
