@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 
 namespace twang {
 namespace {
@@ -20,8 +21,8 @@ using Eigen::VectorXd;
 constexpr Index kBlock = 256;
 /// Samples between exact evaluations of a sinusoid; round-off grows by one unit a sample.
 constexpr Index kRestart = 32;
-/// Stamps off the even grid by less than this part of a step are on it: 1e-12 of a period or less.
-constexpr double kEvenStep = 1e-12;
+/// Stamps off the even grid by less than this part of the time are on it: their own round-off.
+constexpr double kEvenPart = 4.0 * std::numeric_limits<double>::epsilon();
 /// A trifle of the diagonal that makes a singular normal matrix regular.
 constexpr double kRidge = 1e-14;
 
@@ -41,7 +42,7 @@ void fill_sinusoid(const DampedPole& pole,
   for (Index i = 0; i < n; ++i) {
     const Index since = i % kRestart;
     const double expected = time_s(i - since) + static_cast<double>(since) * step;
-    if (since != 0 && std::abs(time_s(i) - expected) <= kEvenStep * step) {
+    if (since != 0 && std::abs(time_s(i) - expected) <= kEvenPart * expected) {
       value *= factor;
     } else {
       value = sinusoid_at(pole, time_s(i));

@@ -20,11 +20,15 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// Proposals refined in full; the others are dropped on their linear fit.
-constexpr std::size_t kRefinedProposals = 3;
+constexpr std::size_t kRefinedProposals = 2;
 /// Rounds of adding, dropping and weighing.
 constexpr int kMaxRounds = 5;
 /// The residual is searched again after this many proposals in a row were refused, no more.
 constexpr int kMaxRefusals = 6;
+/// Amplitude over sigma of a candidate that is dropped with others, and of one that is dropped
+/// alone.
+constexpr double kHopeless = 2.0;
+constexpr double kDoubtful = 4.0;
 /// A fit with a residual below this part of the signal is worth polishing before it is judged.
 constexpr double kNearlyExact = 1e-4;
 /// A peak on the grid of the search has at least this part of the gain between its points.
@@ -103,64 +107,79 @@ class Selector {
     return out;
   }
 
-  /// The proposals of the channels, thinned to the candidates that the data support as they stand.
+  /// Filter diagonalization first; the pencil where that leaves something to be explained.
   void start_from_proposals() {
-    std::vector<std::pair<double, PoleProposal>> ranked;
-    for (std::size_t c = 0; c < m_series.size(); ++c) {
-      SampleSeries level = m_series[c];
-      level.value = m_best.channels[c].residual;
-      for (PoleProposal& proposal : propose_poles(level, m_options.step_s, m_options.band_hz)) {
-        report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-        const SinusoidFit fit = thin_out(proposal);
-        ranked.emplace_back(bayes_criterion(fit), std::move(proposal));
-      }
-    }
-    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
-      return a.first < b.first;
-    });
-    if (ranked.size() > kRefinedProposals) ranked.resize(kRefinedProposals);
     const SinusoidFit baseline = m_best;
-    for (auto& [criterion, proposal] : ranked) {
+    for (const auto& propose : {propose_by_filter_diagonalization, propose_by_matrix_pencil}) {
+      std::vector<PoleProposal> proposals;
+      for (std::size_t c = 0; c < m_series.size(); ++c) {
+        SampleSeries level = m_series[c];
+        level.value = baseline.channels[c].residual;
+        for (PoleProposal& proposal : propose(level, m_options.step_s, m_options.band_hz)) {
+          proposals.push_back(std::move(proposal));
+        }
+      }
+      if (try_proposals(proposals)) return;
+    }
+  }
+
+  /// Refines the few proposals that explain most as they stand and keeps the best fit; true if
+  /// nothing is left to be explained.
+  bool try_proposals(std::vector<PoleProposal>& proposals) {
+    std::vector<std::pair<double, std::size_t>> ranked;
+    for (std::size_t i = 0; i < proposals.size(); ++i) {
       report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-      std::vector<DampedPole> start;
-      for (const PoleCandidate& candidate : proposal.candidates) start.push_back(candidate.pole);
+      ranked.emplace_back(bayes_criterion(thin_out(proposals[i])), i);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    if (ranked.size() > kRefinedProposals) ranked.resize(kRefinedProposals);
+    for (const auto& [criterion, index] : ranked) {
+      report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
+      const std::vector<DampedPole> start = poles_of(proposals[index]);
       if (start.empty()) continue;
       SinusoidFit kept = std::exchange(m_best, trial(start));
       std::vector<RejectedMode> rejected = std::exchange(m_rejected, {});
       prune();
-      if (bayes_criterion(m_best) < bayes_criterion(kept)) {
-        m_finder = proposal.finder;
-        m_proposed = start;
-        polish();
-        if (is_round_off(m_best) || find_peaks({}).empty()) return;
-      } else {
+      if (bayes_criterion(m_best) >= bayes_criterion(kept)) {
         m_best = std::move(kept);
         m_rejected = std::move(rejected);
+        continue;
       }
+      m_finder = proposals[index].finder;
+      m_proposed = start;
+      polish();
+      if (is_round_off(m_best) || find_peaks({}).empty()) return true;
     }
+    return false;
   }
 
-  /// Drops candidates whose amplitude is lost in the residual, weakest first, poles held fixed.
+  static std::vector<DampedPole> poles_of(const PoleProposal& proposal) {
+    std::vector<DampedPole> out;
+    for (const PoleCandidate& candidate : proposal.candidates) out.push_back(candidate.pole);
+    return out;
+  }
+
+  /// Drops candidates whose amplitude is lost in the residual, poles held fixed: the hopeless at
+  /// once, the doubtful weakest first.
   SinusoidFit thin_out(PoleProposal& proposal) const {
     std::vector<PoleCandidate>& candidates = proposal.candidates;
     const auto limit = static_cast<std::size_t>(m_options.max_candidates);
     if (candidates.size() > limit) candidates.resize(limit);
     while (true) {
-      std::vector<DampedPole> poles;
-      for (const PoleCandidate& candidate : candidates) poles.push_back(candidate.pole);
-      SinusoidFit fit = fit_amplitudes(m_series, poles, refine_options(kTrialStep));
-      if (poles.empty()) return fit;
-      std::size_t weakest = 0;
-      double least = kInfinity;
-      for (std::size_t k = 0; k < poles.size(); ++k) {
-        const double z = m_criteria.amplitude_over_sigma(fit, k);
-        if (z < least) {
-          least = z;
-          weakest = k;
-        }
+      SinusoidFit fit = fit_amplitudes(m_series, poles_of(proposal), refine_options(kTrialStep));
+      if (candidates.empty()) return fit;
+      std::vector<double> strength;
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        strength.push_back(m_criteria.amplitude_over_sigma(fit, k));
       }
-      if (least > 4.0) return fit;
-      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(weakest));
+      const double least = *std::min_element(strength.begin(), strength.end());
+      if (least > kDoubtful) return fit;
+      const double limit_now = std::max(least, kHopeless);
+      std::vector<PoleCandidate> kept;
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        if (strength[k] > limit_now) kept.push_back(candidates[k]);
+      }
+      candidates = std::move(kept);
     }
   }
 
