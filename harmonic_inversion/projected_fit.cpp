@@ -36,19 +36,22 @@ void fill_sinusoid(const DampedPole& pole,
                    const Eigen::Ref<const VectorXd>& time_s,
                    Eigen::Ref<MatrixXd> out) {
   const Index n = time_s.size();
-  const double step = n > 1 ? time_s(1) - time_s(0) : 0.0;
-  const std::complex<double> factor = sinusoid_at(pole, step);
-  std::complex<double> value;
-  for (Index i = 0; i < n; ++i) {
-    const Index since = i % kRestart;
-    const double expected = time_s(i - since) + static_cast<double>(since) * step;
-    if (since != 0 && std::abs(time_s(i) - expected) <= kEvenPart * expected) {
-      value *= factor;
-    } else {
-      value = sinusoid_at(pole, time_s(i));
+  for (Index first = 0; first < n; first += kRestart) {
+    const Index last = std::min(first + kRestart, n) - 1;
+    // The step of a run is taken over its length: the round-off of two late stamps is no step.
+    const double step =
+        (time_s(last) - time_s(first)) / static_cast<double>(std::max<Index>(last - first, 1));
+    const std::complex<double> factor = sinusoid_at(pole, step);
+    std::complex<double> value = sinusoid_at(pole, time_s(first));
+    for (Index i = first; i <= last; ++i) {
+      const double expected = time_s(first) + static_cast<double>(i - first) * step;
+      if (i > first) {
+        const bool even = std::abs(time_s(i) - expected) <= kEvenPart * expected;
+        value = even ? value * factor : sinusoid_at(pole, time_s(i));
+      }
+      out(i, 0) = value.real();
+      out(i, 1) = value.imag();
     }
-    out(i, 0) = value.real();
-    out(i, 1) = value.imag();
   }
 }
 

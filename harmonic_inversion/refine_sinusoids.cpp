@@ -248,6 +248,8 @@ Termination minimize(const Model& model, std::vector<DampedPole>& poles) {
   }
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
+  // Cubic interpolation at a bound fails on flat costs, and then prints.
+  options.line_search_interpolation_type = ceres::BISECTION;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = model.options().max_iterations;
   options.parameter_tolerance = model.options().relative_step;
