@@ -43,10 +43,11 @@ void fill_sinusoid(const DampedPole& pole,
         (time_s(last) - time_s(first)) / static_cast<double>(std::max<Index>(last - first, 1));
     const std::complex<double> factor = sinusoid_at(pole, step);
     std::complex<double> value = sinusoid_at(pole, time_s(first));
+    bool even = true;  // so far: a sample off the grid is no start for the next
     for (Index i = first; i <= last; ++i) {
       const double expected = time_s(first) + static_cast<double>(i - first) * step;
       if (i > first) {
-        const bool even = std::abs(time_s(i) - expected) <= kEvenPart * expected;
+        even = even && std::abs(time_s(i) - expected) <= kEvenPart * expected;
         value = even ? value * factor : sinusoid_at(pole, time_s(i));
       }
       out(i, 0) = value.real();

@@ -27,8 +27,8 @@ Eigen::Vector2d cramer_rao(const SinusoidTruth& truth, const SynthesisOptions& o
         -a * t * envelope * std::sin(angle), envelope * std::sin(angle),
         a * envelope * std::cos(angle), 1.0;
   }
-  const Eigen::MatrixXd covariance = (jacobian.transpose() * jacobian).inverse() *
-                                     (options.noise_sigma * options.noise_sigma);
+  const Eigen::MatrixXd covariance =
+      (jacobian.transpose() * jacobian).inverse() * (options.noise_sigma * options.noise_sigma);
   return covariance.diagonal().head(2).cwiseSqrt();
 }
 
