@@ -102,6 +102,13 @@ bool ModeCriteria::is_supported(const SinusoidFit& smaller, const SinusoidFit& l
          std::log(m_options.false_alarm_rate);
 }
 
+double ModeCriteria::least_gain(int num_samples) const {
+  // n ln(1 + gain / n) falls short of gain by little where it matters; a lower bound is wanted.
+  const double n = num_samples;
+  return (2.0 + 2.0 * static_cast<double>(m_series.size())) * std::log(n) *
+         std::min(1.0, 0.5 + n / 200.0);
+}
+
 std::optional<std::string> ModeCriteria::objection(const SinusoidFit& fit, std::size_t k) const {
   const DampedPole& pole = fit.poles[k];
   const Band& band = m_options.band_hz;

@@ -31,6 +31,10 @@ class ModeCriteria {
   /// rarer in white noise than the false-alarm rate.
   [[nodiscard]] bool is_supported(const SinusoidFit& smaller, const SinusoidFit& larger) const;
 
+  /// The fall of the sum of squares, in units of the noise variance, below which no mode among
+  /// `num_samples` samples is supported.
+  [[nodiscard]] double least_gain(int num_samples) const;
+
   /// Why pole `k` is no mode whatever it explains, in a few words.
   [[nodiscard]] std::optional<std::string> objection(const SinusoidFit& fit, std::size_t k) const;
 

@@ -21,6 +21,8 @@ constexpr double kStandsOut = 5.0;
 constexpr double kMaxCandidateError = 0.5;
 /// Samples a matrix pencil is given; its cost is cubic.
 constexpr Index kMaxPencilSamples = 256;
+/// Fewer say nothing.
+constexpr Index kMinProposalSamples = 8;
 /// Highest number of sinusoids a pencil is asked for.
 constexpr int kMaxPencilModes = 5;
 /// The signal lives until this part of its energy has passed.
@@ -69,7 +71,7 @@ Index living_length(const VectorXd& value) {
   double sum = 0.0;
   for (Index i = 0; i < n; ++i) {
     sum += value(i) * value(i) - noise;
-    if (total > 0.0 && sum >= kLivingEnergy * total) return std::max<Index>(i + 1, 16);
+    if (total > 0.0 && sum >= kLivingEnergy * total) return std::min(std::max<Index>(i + 1, 16), n);
   }
   return n;
 }
@@ -151,22 +153,30 @@ std::optional<EvenSeries> on_even_grid(const SampleSeries& series, double step_s
   return out;
 }
 
-std::vector<PoleProposal> propose_poles(const SampleSeries& series,
-                                        double step_s,
-                                        const Band& band_hz) {
+std::vector<PoleProposal> propose_by_filter_diagonalization(const SampleSeries& series,
+                                                            double step_s,
+                                                            const Band& band_hz) {
   std::vector<PoleProposal> out;
   const std::optional<EvenSeries> even = on_even_grid(series, step_s);
-  if (!even || even->value.size() < 8) return out;
+  if (!even || even->value.size() < kMinProposalSamples) return out;
   out.push_back(by_filter_diagonalization(*even, band_hz));
-  const Index living = std::min(living_length(even->value), even->value.size());
+  const Index living = living_length(even->value);
   if (5 * living < 3 * even->value.size()) {
     out.push_back(by_filter_diagonalization({step_s, even->value.head(living)}, band_hz));
   }
-  add_pencils(*even, living, band_hz, out);
-  if (living > kMaxPencilSamples) {
-    add_pencils(*even, kMaxPencilSamples, band_hz, out);
-  }
   std::erase_if(out, [](const PoleProposal& proposal) { return proposal.candidates.empty(); });
+  return out;
+}
+
+std::vector<PoleProposal> propose_by_matrix_pencil(const SampleSeries& series,
+                                                   double step_s,
+                                                   const Band& band_hz) {
+  std::vector<PoleProposal> out;
+  const std::optional<EvenSeries> even = on_even_grid(series, step_s);
+  if (!even || even->value.size() < kMinProposalSamples) return out;
+  const Index living = living_length(even->value);
+  add_pencils(*even, living, band_hz, out);
+  if (living > kMaxPencilSamples) add_pencils(*even, kMaxPencilSamples, band_hz, out);
   return out;
 }
 

@@ -21,14 +21,19 @@ struct PoleProposal {
 /// more than 40 % of it is missing.
 [[nodiscard]] std::optional<EvenSeries> on_even_grid(const SampleSeries& series, double step_s);
 
-/// Candidate sets from filter diagonalization (the whole record and the part in which the signal
-/// lives) and from matrix pencils of several orders (that part, thinned to a few hundred samples).
+/// Candidate sets from filter diagonalization of the whole record and of the part in which the
+/// signal lives, in the bands where the spectrum stands out of its median.
 ///
 /// @param series   with its baseline removed
 /// @param step_s   the usual distance of two samples [s]
-[[nodiscard]] std::vector<PoleProposal> propose_poles(const SampleSeries& series,
-                                                      double step_s,
-                                                      const Band& band_hz);
+[[nodiscard]] std::vector<PoleProposal> propose_by_filter_diagonalization(
+    const SampleSeries& series, double step_s, const Band& band_hz);
+
+/// Candidate sets from matrix pencils of several orders, of the part in which the signal lives
+/// (thinned to a few hundred samples) and of its beginning.
+[[nodiscard]] std::vector<PoleProposal> propose_by_matrix_pencil(const SampleSeries& series,
+                                                                 double step_s,
+                                                                 const Band& band_hz);
 
 /// The places (f, d) at which one more damped sinusoid would explain most of a residual, by the
 /// periodogram of the residual under exponential windows; uneven stamps are taken as they are.

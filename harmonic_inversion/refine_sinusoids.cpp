@@ -3,9 +3,9 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/projected_fit.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -20,118 +20,29 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Keeps exp() finite while the optimizer tries growing poles; exp(300) squared is still a double.
-constexpr double kMaxGrowthExponent = 300.0;
 /// Beyond this many decay constants a sample per step a pole is a single spike.
 constexpr double kMaxDecayPerSample = 4.0;
 
-Index column_of_pole(bool fit_drift, std::size_t k) {
-  return (fit_drift ? 2 : 1) + 2 * static_cast<Index>(k);
-}
-
-/// One channel for given poles: the basis, its QR, the linear solution.
-struct Projection {
-  MatrixXd q;  ///< orthonormal columns spanning the weighted basis
-  MatrixXd r;  ///< upper triangle: weighted basis = q r
-  VectorXd coefficients;
-  VectorXd residual;  ///< weighted
-};
-
-/// exp(-d t) cos, exp(-d t) sin of one pole at every sample.
-void fill_pole_columns(const DampedPole& pole, const VectorXd& time_s, Eigen::Ref<MatrixXd> out) {
-  const double omega = kTwoPi * pole.frequency_hz;
-  for (Index i = 0; i < time_s.size(); ++i) {
-    const double envelope = std::exp(std::min(-pole.decay_per_s * time_s(i), kMaxGrowthExponent));
-    out(i, 0) = envelope * std::cos(omega * time_s(i));
-    out(i, 1) = envelope * std::sin(omega * time_s(i));
-  }
-}
-
+/// The series with the options that say how they are fitted.
 class Model {
  public:
   Model(const std::vector<SampleSeries>& series, const RefineOptions& options)
-      : m_series(series), m_options(options) {
-    for (const SampleSeries& s : series) m_num_rows += s.time_s.size();
-  }
+      : m_series(series), m_options(options) {}
 
-  [[nodiscard]] Index num_rows() const { return m_num_rows; }
   [[nodiscard]] const std::vector<SampleSeries>& series() const { return m_series; }
   [[nodiscard]] const RefineOptions& options() const { return m_options; }
 
-  [[nodiscard]] VectorXd weights(std::size_t c) const {
-    if (m_options.weights.empty()) return VectorXd::Ones(m_series[c].value.size());
-    return m_options.weights[c];
-  }
-
-  /// Unweighted basis of channel c; the drift column is t over the duration.
-  [[nodiscard]] MatrixXd basis(std::size_t c, const std::vector<DampedPole>& poles) const {
-    const VectorXd& t = m_series[c].time_s;
-    MatrixXd out(t.size(), column_of_pole(m_options.fit_drift, poles.size()));
-    out.col(0).setOnes();
-    if (m_options.fit_drift) out.col(1) = t / duration(c);
-    for (std::size_t k = 0; k < poles.size(); ++k) {
-      fill_pole_columns(poles[k], t, out.middleCols(column_of_pole(m_options.fit_drift, k), 2));
-    }
-    return out;
-  }
-
-  [[nodiscard]] double duration(std::size_t c) const {
-    const VectorXd& t = m_series[c].time_s;
-    return std::max(t(t.size() - 1) - t(0), 1e-300);
-  }
-
-  [[nodiscard]] Projection project(std::size_t c, const MatrixXd& basis) const {
-    const VectorXd w = weights(c);
-    const MatrixXd weighted = w.asDiagonal() * basis;
-    const VectorXd y = w.cwiseProduct(m_series[c].value);
-    const Eigen::HouseholderQR<MatrixXd> qr(weighted);
-    Projection out;
-    const Index columns = basis.cols();
-    out.q = qr.householderQ() * MatrixXd::Identity(basis.rows(), columns);
-    out.r = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
-    const VectorXd projected = out.q.transpose() * y;
-    out.residual = y - out.q * projected;
-    // A second pass takes out what round-off left in the span of the basis.
-    const VectorXd correction = out.q.transpose() * out.residual;
-    out.residual -= out.q * correction;
-    out.coefficients = regular_triangle(out.r).triangularView<Eigen::Upper>().solve(
-        VectorXd(projected + correction));
-    return out;
-  }
-
-  /// Weighted derivatives of the model with respect to (f, d) of each pole, at fixed coefficients.
-  [[nodiscard]] MatrixXd pole_derivatives(std::size_t c,
-                                          const MatrixXd& basis,
-                                          const VectorXd& coefficients,
-                                          std::size_t num_poles) const {
-    const VectorXd wt = weights(c).cwiseProduct(m_series[c].time_s);
-    MatrixXd out(basis.rows(), 2 * static_cast<Index>(num_poles));
-    for (std::size_t k = 0; k < num_poles; ++k) {
-      const Index j = column_of_pole(m_options.fit_drift, k);
-      const auto cosine = basis.col(j);
-      const auto sine = basis.col(j + 1);
-      const double a = coefficients(j);
-      const double b = coefficients(j + 1);
-      const Index column = 2 * static_cast<Index>(k);
-      out.col(column) = kTwoPi * wt.cwiseProduct(b * cosine - a * sine);
-      out.col(column + 1) = -wt.cwiseProduct(a * cosine + b * sine);
-    }
-    return out;
-  }
-
-  /// A triangle whose tiny pivots are lifted, so that a rank-deficient basis gives finite numbers.
-  [[nodiscard]] static MatrixXd regular_triangle(MatrixXd r) {
-    const double floor = 1e-14 * std::max(r.diagonal().cwiseAbs().maxCoeff(), 1e-300);
-    for (Index i = 0; i < r.rows(); ++i) {
-      if (std::abs(r(i, i)) < floor) r(i, i) = floor;
-    }
-    return r;
+  [[nodiscard]] ProjectedFit project(std::size_t c,
+                                     const std::vector<DampedPole>& poles,
+                                     bool with_derivatives) const {
+    static const VectorXd kNone;
+    const VectorXd& weights = m_options.weights.empty() ? kNone : m_options.weights[c];
+    return fit_projected(m_series[c], weights, poles, m_options.fit_drift, with_derivatives);
   }
 
  private:
   const std::vector<SampleSeries>& m_series;
   const RefineOptions& m_options;
-  Index m_num_rows = 0;
 };
 
 std::vector<DampedPole> poles_from(const double* parameters, std::size_t count) {
@@ -140,12 +51,16 @@ std::vector<DampedPole> poles_from(const double* parameters, std::size_t count) 
   return poles;
 }
 
-/// The projected residual as a function of the poles alone.
+/// The projected residual as a function of the poles alone, turned so that only as many components
+/// as parameters, and one more, differ from zero: cost, gradient and J^T J are those of all
+/// samples.
+///
+///     J^T J = R^T R,   J' = [R; 0],   r' = [R^-T J^T r; what is left of ‖r‖]
 class ProjectedResidual : public ceres::CostFunction {
  public:
   ProjectedResidual(const Model& model, std::size_t num_poles)
       : m_model(model), m_num_poles(num_poles) {
-    set_num_residuals(static_cast<int>(model.num_rows()));
+    set_num_residuals(static_cast<int>(2 * num_poles + 1));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(2 * num_poles));
   }
 
@@ -153,22 +68,31 @@ class ProjectedResidual : public ceres::CostFunction {
                 double* residuals,
                 double** jacobians) const override {
     const std::vector<DampedPole> poles = poles_from(parameters[0], m_num_poles);
-    const Index columns = 2 * static_cast<Index>(m_num_poles);
-    Index row = 0;
+    const bool derivatives = jacobians != nullptr && jacobians[0] != nullptr;
+    const auto n = 2 * static_cast<Index>(m_num_poles);
+    MatrixXd normal = MatrixXd::Zero(n, n);
+    VectorXd gradient = VectorXd::Zero(n);
+    double squares = 0.0;
     for (std::size_t c = 0; c < m_model.series().size(); ++c) {
-      const MatrixXd basis = m_model.basis(c, poles);
-      const Projection projection = m_model.project(c, basis);
-      const Index rows = basis.rows();
-      Eigen::Map<VectorXd>(residuals + row, rows) = projection.residual;
-      if (jacobians != nullptr && jacobians[0] != nullptr) {
-        const MatrixXd d = m_model.pole_derivatives(c, basis, projection.coefficients, m_num_poles);
-        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-        Eigen::Map<RowMajor> jacobian(jacobians[0] + row * columns, rows, columns);
-        jacobian = projection.q * (projection.q.transpose() * d) - d;
-      }
-      row += rows;
+      const ProjectedFit fit = m_model.project(c, poles, derivatives);
+      squares += fit.sum_of_squares;
+      if (!derivatives) continue;
+      normal += fit.normal;
+      gradient += fit.gradient;
     }
-    return Eigen::Map<VectorXd>(residuals, row).allFinite();
+    if (!std::isfinite(squares) || !normal.allFinite()) return false;
+    Eigen::Map<VectorXd> turned(residuals, n + 1);
+    turned.setZero();
+    turned(n) = std::sqrt(squares);
+    if (!derivatives) return true;
+    const MatrixXd r = regular_triangle(normal);
+    turned.head(n) = r.transpose().triangularView<Eigen::Lower>().solve(gradient);
+    turned(n) = std::sqrt(std::max(squares - turned.head(n).squaredNorm(), 0.0));
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::Map<RowMajor> jacobian(jacobians[0], n + 1, n);
+    jacobian.setZero();
+    jacobian.topRows(n) = r;
+    return true;
   }
 
  private:
@@ -214,33 +138,30 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
   fit.sum_of_squares = 0.0;
   fit.num_samples = 0;
   for (std::size_t c = 0; c < num_channels; ++c) {
-    const MatrixXd basis = model.basis(c, fit.poles);
-    const Projection projection = model.project(c, basis);
-    const VectorXd& x = projection.coefficients;
+    const ProjectedFit projected = model.project(c, fit.poles, num_moving > 0);
+    const VectorXd& x = projected.coefficients;
     ChannelFit& channel = fit.channels[c];
     channel.offset = x(0);
-    channel.drift_per_s = drift ? x(1) / model.duration(c) : 0.0;
+    channel.drift_per_s = drift ? x(1) / duration_of(model.series()[c]) : 0.0;
     channel.cosine.resize(static_cast<Index>(num_poles));
     channel.sine.resize(static_cast<Index>(num_poles));
     for (std::size_t k = 0; k < num_poles; ++k) {
       channel.cosine(static_cast<Index>(k)) = x(column_of_pole(drift, k));
       channel.sine(static_cast<Index>(k)) = x(column_of_pole(drift, k) + 1);
     }
-    channel.residual = model.series()[c].value - basis * x;
-    fit.sum_of_squares += projection.residual.squaredNorm();
-    fit.num_samples += static_cast<int>((model.weights(c).array() > 0.0).count());
-
-    const MatrixXd r = Model::regular_triangle(projection.r);
+    channel.residual =
+        model.series()[c].value - evaluate_model(model.series()[c], fit.poles, drift, x);
+    fit.sum_of_squares += projected.sum_of_squares;
+    fit.num_samples += static_cast<int>(model.options().weights.empty()
+                                            ? channel.residual.size()
+                                            : (model.options().weights[c].array() > 0.0).count());
+    const MatrixXd& r = projected.triangle;
     const MatrixXd r_inverse =
         r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(r.rows(), r.cols()));
     channel.covariance = r_inverse * r_inverse.transpose();
     if (num_moving > 0) {
-      const MatrixXd all = model.pole_derivatives(c, basis, x, num_poles);
-      const MatrixXd d = all(Eigen::all, moving);
-      const MatrixXd inside = projection.q.transpose() * d;
-      const MatrixXd outside = d - projection.q * inside;
-      normal += outside.transpose() * outside;
-      gains[c] = r_inverse * inside;
+      normal += projected.normal(moving, moving);
+      gains[c] = r_inverse * projected.inside(Eigen::all, moving);
     }
   }
 
@@ -254,8 +175,8 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
     }
   }
   for (std::size_t c = 0; drift && c < num_channels; ++c) {
-    fit.channels[c].covariance.row(1) /= model.duration(c);
-    fit.channels[c].covariance.col(1) /= model.duration(c);
+    fit.channels[c].covariance.row(1) /= duration_of(model.series()[c]);
+    fit.channels[c].covariance.col(1) /= duration_of(model.series()[c]);
   }
   fit.num_parameters = static_cast<int>(num_moving + static_cast<Index>(num_channels) *
                                                          column_of_pole(drift, num_poles));
@@ -297,9 +218,10 @@ Termination minimize(const Model& model, std::vector<DampedPole>& poles) {
   double duration = 0.0;
   double density = 0.0;
   for (std::size_t c = 0; c < model.series().size(); ++c) {
-    duration = std::max(duration, model.duration(c));
-    density =
-        std::max(density, static_cast<double>(model.series()[c].time_s.size()) / model.duration(c));
+    duration = std::max(duration, duration_of(model.series()[c]));
+    density = std::max(
+        density,
+        static_cast<double>(model.series()[c].time_s.size()) / duration_of(model.series()[c]));
   }
   ceres::Problem problem;
   problem.AddResidualBlock(new ProjectedResidual(model, poles.size()), nullptr, parameters.data());
@@ -326,7 +248,9 @@ Termination minimize(const Model& model, std::vector<DampedPole>& poles) {
   }
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
-  options.linear_solver_type = ceres::DENSE_QR;
+  // Cubic interpolation at a bound fails on flat costs, and then prints.
+  options.line_search_interpolation_type = ceres::BISECTION;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = model.options().max_iterations;
   options.parameter_tolerance = model.options().relative_step;
   options.function_tolerance = model.options().relative_step;

@@ -23,6 +23,8 @@ constexpr double kReleasePart = 0.25;
 constexpr double kNextReleasePart = 0.5;
 /// Shortest calm, in samples, so that noise does not look like one.
 constexpr Index kMinCalm = 4;
+/// One sample in so many of a calm may be above its threshold, for noise.
+constexpr Index kRestlessPart = 10;
 /// Part of the first swing that a calm must last; a turning point stays calm for 0.08 of a swing.
 constexpr double kCalmPartOfSwing = 0.5;
 /// Speeds passed over before one is called the highest: one in so many samples, within limits.
@@ -119,9 +121,8 @@ std::optional<Release> find_release(const Speed& speed) {
   if (onset >= n || !(speed.highest > 0.0)) return std::nullopt;
   Index calm_end = onset;  // first difference that is not calm
   while (calm_end > 0 && speed.norm(calm_end - 1) > calm) --calm_end;
-  for (Index i = 0; i < calm_end; ++i) {
-    if (speed.norm(i) > calm) return std::nullopt;
-  }
+  const Index restless = (speed.norm.head(calm_end).array() > calm).count();
+  if (restless * kRestlessPart > calm_end) return std::nullopt;
   Index peak = onset;
   Index turn = onset;
   for (; turn < n; ++turn) {
@@ -190,7 +191,8 @@ Index end_before(const MatrixXd& value, Index start, Index event, Index swing) {
     if ((mean - level).norm() <= kPullPart * amplitude) break;
     --end;
   }
-  return std::max(std::min(end, event) - 1, start);
+  // The mean lags behind the pull by half its window.
+  return std::max(end - window, start);
 }
 
 }  // namespace

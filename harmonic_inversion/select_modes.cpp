@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "harmonic_inversion/mode_criteria.hpp"
 #include "harmonic_inversion/propose_poles.hpp"
+#include "harmonic_inversion/weighted_data.hpp"
 
 #include <fmt/format.h>
 
@@ -20,41 +21,34 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// Proposals refined in full; the others are dropped on their linear fit.
-constexpr std::size_t kRefinedProposals = 3;
+constexpr std::size_t kRefinedProposals = 2;
 /// Rounds of adding, dropping and weighing.
 constexpr int kMaxRounds = 5;
 /// The residual is searched again after this many proposals in a row were refused, no more.
 constexpr int kMaxRefusals = 6;
-/// Relative step at which a trial fit is good enough to be judged, and a final one.
-constexpr double kTrialStep = 1e-5;
-constexpr double kFinalStep = 1e-14;
-/// A residual this small beside the signal is round-off.
-constexpr double kRoundOff = 4e-15;
+/// Amplitude over sigma of a candidate that is dropped with others, and of one that is dropped
+/// alone.
+constexpr double kHopeless = 2.0;
+constexpr double kDoubtful = 4.0;
+/// A peak on the grid of the search has at least this part of the gain between its points.
+constexpr double kHopefulGain = 0.6;
 
 class Selector {
  public:
   Selector(const std::vector<SampleSeries>& series, const SelectionOptions& options)
-      : m_series(series), m_options(options), m_criteria(series, options) {
-    for (const SampleSeries& s : series) {
-      const double spread = std::sqrt((s.value.array() - s.value.mean()).square().mean());
-      const double floor = kRoundOff * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
-      m_floor.push_back(floor);
-      m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
-    }
-    m_drift = true;
-  }
+      : m_data(series, options.step_s), m_options(options), m_criteria(series, options) {}
 
   ModeSelection run() {
     m_best = trial({});
-    if (!is_round_off(m_best)) {
+    if (!is_exact()) {
       start_from_proposals();
       for (int round = 0; round < kMaxRounds; ++round) {
         const std::size_t poles = m_best.poles.size();
-        const int outliers = m_num_outliers;
+        const int outliers = m_data.num_outliers();
         extend();
         prune();
         weigh_channels();
-        if (m_best.poles.size() == poles && m_num_outliers == outliers) break;
+        if (m_best.poles.size() == poles && m_data.num_outliers() == outliers) break;
       }
       settle();
     }
@@ -62,113 +56,118 @@ class Selector {
   }
 
  private:
-  [[nodiscard]] RefineOptions refine_options(double step) const {
-    RefineOptions out;
-    out.fit_drift = m_drift;
-    out.weights = m_weights;
-    out.relative_step = step;
-    out.max_iterations = step < kTrialStep ? 200 : 20;
-    out.max_frequency_hz = 0.5 / m_options.step_s;
-    return out;
-  }
-
   [[nodiscard]] SinusoidFit trial(const std::vector<DampedPole>& poles) const {
-    return refine_sinusoids(m_series, poles, refine_options(kTrialStep));
+    return refine_sinusoids(m_data.series(), poles, m_data.trial_options());
   }
 
-  [[nodiscard]] bool is_round_off(const SinusoidFit& fit) const {
-    for (std::size_t c = 0; c < m_series.size(); ++c) {
-      const VectorXd& r = fit.channels[c].residual;
-      if (std::sqrt(r.squaredNorm() / static_cast<double>(r.size())) > 10.0 * m_floor[c])
-        return false;
-    }
-    return true;
-  }
+  [[nodiscard]] bool is_exact() const { return m_data.is_round_off(m_best); }
 
-  /// Residuals in units of each channel's noise.
-  [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const {
-    std::vector<SampleSeries> out = m_series;
-    for (std::size_t c = 0; c < out.size(); ++c) {
-      out[c].value = fit.channels[c].residual.cwiseProduct(m_weights[c]);
-    }
-    const double scale = std::sqrt(std::max(fit.variance(), 1e-300));
-    for (SampleSeries& s : out) s.value /= scale;
-    return out;
-  }
-
-  /// The proposals of the channels, thinned to the candidates that the data support as they stand.
+  /// Filter diagonalization first; the pencil where that leaves something to be explained.
   void start_from_proposals() {
-    std::vector<std::pair<double, PoleProposal>> ranked;
-    for (std::size_t c = 0; c < m_series.size(); ++c) {
-      SampleSeries level = m_series[c];
-      level.value = m_best.channels[c].residual;
-      for (PoleProposal& proposal : propose_poles(level, m_options.step_s, m_options.band_hz)) {
-        report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-        const SinusoidFit fit = thin_out(proposal);
-        ranked.emplace_back(bayes_criterion(fit), std::move(proposal));
-      }
-    }
-    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
-      return a.first < b.first;
-    });
-    if (ranked.size() > kRefinedProposals) ranked.resize(kRefinedProposals);
     const SinusoidFit baseline = m_best;
-    for (auto& [criterion, proposal] : ranked) {
+    for (const auto& propose : {propose_by_filter_diagonalization, propose_by_matrix_pencil}) {
+      std::vector<PoleProposal> proposals;
+      for (std::size_t c = 0; c < m_data.series().size(); ++c) {
+        SampleSeries level = m_data.series()[c];
+        level.value = baseline.channels[c].residual;
+        for (PoleProposal& proposal : propose(level, m_options.step_s, m_options.band_hz)) {
+          proposals.push_back(std::move(proposal));
+        }
+      }
+      if (try_proposals(proposals)) return;
+    }
+  }
+
+  /// Refines the few proposals that explain most as they stand and keeps the best fit; true if
+  /// nothing is left to be explained.
+  bool try_proposals(std::vector<PoleProposal>& proposals) {
+    std::vector<std::pair<double, std::size_t>> ranked;
+    for (std::size_t i = 0; i < proposals.size(); ++i) {
       report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-      std::vector<DampedPole> start;
-      for (const PoleCandidate& candidate : proposal.candidates) start.push_back(candidate.pole);
+      ranked.emplace_back(bayes_criterion(thin_out(proposals[i])), i);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    if (ranked.size() > kRefinedProposals) ranked.resize(kRefinedProposals);
+    for (const auto& [criterion, index] : ranked) {
+      report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
+      const std::vector<DampedPole> start = poles_of(proposals[index]);
       if (start.empty()) continue;
       SinusoidFit kept = std::exchange(m_best, trial(start));
       std::vector<RejectedMode> rejected = std::exchange(m_rejected, {});
       prune();
-      if (bayes_criterion(m_best) < bayes_criterion(kept)) {
-        m_finder = proposal.finder;
-        m_proposed = start;
-      } else {
+      if (bayes_criterion(m_best) >= bayes_criterion(kept)) {
         m_best = std::move(kept);
         m_rejected = std::move(rejected);
+        continue;
       }
+      m_finder = proposals[index].finder;
+      m_proposed = start;
+      polish();
+      if (is_exact() || find_peaks({}).empty()) return true;
     }
+    return false;
   }
 
-  /// Drops candidates whose amplitude is lost in the residual, weakest first, poles held fixed.
+  static std::vector<DampedPole> poles_of(const PoleProposal& proposal) {
+    std::vector<DampedPole> out;
+    for (const PoleCandidate& candidate : proposal.candidates) out.push_back(candidate.pole);
+    return out;
+  }
+
+  /// Drops candidates whose amplitude is lost in the residual, poles held fixed: the hopeless at
+  /// once, the doubtful weakest first.
   SinusoidFit thin_out(PoleProposal& proposal) const {
     std::vector<PoleCandidate>& candidates = proposal.candidates;
     const auto limit = static_cast<std::size_t>(m_options.max_candidates);
     if (candidates.size() > limit) candidates.resize(limit);
     while (true) {
-      std::vector<DampedPole> poles;
-      for (const PoleCandidate& candidate : candidates) poles.push_back(candidate.pole);
-      SinusoidFit fit = fit_amplitudes(m_series, poles, refine_options(kTrialStep));
-      if (poles.empty()) return fit;
-      std::size_t weakest = 0;
-      double least = kInfinity;
-      for (std::size_t k = 0; k < poles.size(); ++k) {
-        const double z = m_criteria.amplitude_over_sigma(fit, k);
-        if (z < least) {
-          least = z;
-          weakest = k;
-        }
+      SinusoidFit fit = fit_amplitudes(m_data.series(), poles_of(proposal), m_data.trial_options());
+      if (candidates.empty()) return fit;
+      std::vector<double> strength;
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        strength.push_back(m_criteria.amplitude_over_sigma(fit, k));
       }
-      if (least > 4.0) return fit;
-      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(weakest));
+      const double least = *std::min_element(strength.begin(), strength.end());
+      if (least > kDoubtful) return fit;
+      const double limit_now = std::max(least, kHopeless);
+      std::vector<PoleCandidate> kept;
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        if (strength[k] > limit_now) kept.push_back(candidates[k]);
+      }
+      candidates = std::move(kept);
     }
+  }
+
+  /// Takes a fit that is close to exact all the way, lest its last digits pass for modes.
+  void polish() {
+    if (!m_data.is_nearly_exact(m_best)) return;
+    m_best = refine_sinusoids(m_data.series(), m_best.poles, m_data.final_options());
+  }
+
+  /// The place that explains most of the residual; none if it cannot be worth a mode.
+  [[nodiscard]] std::vector<PoleCandidate> find_peaks(
+      const std::vector<DampedPole>& refused) const {
+    auto peaks = search_residual(
+        m_data.weighted_residuals(m_best), m_options.step_s, m_options.band_hz, refused, 1);
+    const double needed = kHopefulGain * m_criteria.least_gain(m_best.num_samples);
+    std::erase_if(peaks, [&](const PoleCandidate& peak) { return peak.amplitude < needed; });
+    return peaks;
   }
 
   /// Adds the best-explaining sinusoid again and again.
   void extend() {
     std::vector<DampedPole> refused;
-    for (int refusals = 0; refusals < kMaxRefusals && !is_round_off(m_best);) {
+    for (int refusals = 0; refusals < kMaxRefusals;) {
       report_progress(m_options.progress, {"looking for modes", 0.0, 0.0});
-      const auto residuals = weighted_residuals(m_best);
-      const auto peaks =
-          search_residual(residuals, m_options.step_s, m_options.band_hz, refused, 1);
+      polish();
+      if (is_exact()) return;
+      const auto peaks = find_peaks(refused);
       if (peaks.empty()) return;
-      RefineOptions local;
-      local.relative_step = kTrialStep;
-      local.max_iterations = 20;
-      local.max_frequency_hz = 0.5 / m_options.step_s;
-      const SinusoidFit single = refine_sinusoids(residuals, {peaks.front().pole}, local);
+      RefineOptions local = m_data.trial_options();
+      local.weights.clear();  // the residuals carry theirs already
+      local.fit_drift = false;
+      const SinusoidFit single =
+          refine_sinusoids(m_data.weighted_residuals(m_best), {peaks.front().pole}, local);
       std::vector<DampedPole> poles = m_best.poles;
       poles.push_back(single.poles.front());
       SinusoidFit fit = trial(poles);
@@ -248,40 +247,22 @@ class Selector {
     if (!known) m_rejected.push_back({pole.frequency_hz, pole.decay_per_s, reason});
   }
 
-  /// Weights of the channels by their own residual, isolated outliers by 0.
   void weigh_channels() {
-    m_num_outliers = 0;
-    for (std::size_t c = 0; c < m_series.size(); ++c) {
-      const VectorXd& r = m_best.channels[c].residual;
-      const std::vector<bool> outlier = find_isolated_outliers(r);
-      double sum = 0.0;
-      double count = 0.0;
-      for (Index i = 0; i < r.size(); ++i) {
-        if (outlier[static_cast<std::size_t>(i)]) continue;
-        sum += r(i) * r(i);
-        count += 1.0;
-      }
-      const double sigma = std::max(std::sqrt(sum / std::max(count, 1.0)), m_floor[c]);
-      for (Index i = 0; i < r.size(); ++i) {
-        const bool out = outlier[static_cast<std::size_t>(i)];
-        m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
-        m_num_outliers += out ? 1 : 0;
-      }
-    }
+    m_data.weigh(m_best);
     m_best = trial(m_best.poles);
   }
 
   /// The drift is kept only if the criterion wants it; decays that are 0 within their sigma are 0.
   void settle() {
-    RefineOptions options = refine_options(kFinalStep);
-    m_best = refine_sinusoids(m_series, m_best.poles, options);
+    RefineOptions options = m_data.final_options();
+    m_best = refine_sinusoids(m_data.series(), m_best.poles, options);
     options.fit_drift = false;
-    const SinusoidFit level = refine_sinusoids(m_series, m_best.poles, options);
-    if (bayes_criterion(level) <= bayes_criterion(m_best) || is_round_off(level)) {
-      m_drift = false;
+    const SinusoidFit level = refine_sinusoids(m_data.series(), m_best.poles, options);
+    if (bayes_criterion(level) <= bayes_criterion(m_best) || m_data.is_round_off(level)) {
+      m_data.fit_drift = false;
       m_best = level;
     }
-    options.fit_drift = m_drift;
+    options.fit_drift = m_data.fit_drift;
     std::vector<bool> steady(m_best.poles.size(), false);
     std::vector<DampedPole> poles = m_best.poles;
     for (std::size_t k = 0; k < poles.size(); ++k) {
@@ -291,7 +272,7 @@ class Selector {
     }
     if (std::find(steady.begin(), steady.end(), true) == steady.end()) return;
     options.fixed_decays = steady;
-    SinusoidFit fit = refine_sinusoids(m_series, poles, options);
+    SinusoidFit fit = refine_sinusoids(m_data.series(), poles, options);
     for (std::size_t k = 0; k < poles.size(); ++k) {
       // A decay at its bound still has the uncertainty of the free fit.
       if (!steady[k]) continue;
@@ -318,27 +299,18 @@ class Selector {
     out.fit = std::move(m_best);
     out.rejected = std::move(m_rejected);
     out.finder = m_finder;
-    out.num_outliers = m_num_outliers;
-    for (const VectorXd& weights : m_weights) {
-      out.is_outlier.emplace_back(static_cast<std::size_t>(weights.size()));
-      for (Index i = 0; i < weights.size(); ++i) {
-        out.is_outlier.back()[static_cast<std::size_t>(i)] = weights(i) == 0.0;
-      }
-    }
+    out.num_outliers = m_data.num_outliers();
+    out.is_outlier = m_data.outliers();
     return out;
   }
 
-  const std::vector<SampleSeries>& m_series;
+  WeightedData m_data;
   const SelectionOptions& m_options;
   ModeCriteria m_criteria;
-  std::vector<double> m_floor;      ///< round-off of each channel
-  std::vector<VectorXd> m_weights;  ///< one a channel
-  bool m_drift = false;
   SinusoidFit m_best;
   std::vector<DampedPole> m_proposed;
   std::vector<RejectedMode> m_rejected;
   std::string m_finder;
-  int m_num_outliers = 0;
 };
 
 }  // namespace

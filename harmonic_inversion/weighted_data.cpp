@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/weighted_data.hpp"
+
+#include "harmonic_inversion/mode_criteria.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace twang {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Relative step at which a trial fit is good enough to be judged, and a final one.
+constexpr double kTrialStep = 1e-5;
+constexpr double kFinalStep = 1e-14;
+constexpr int kTrialIterations = 20;
+constexpr int kFinalIterations = 200;
+/// Round-off of a sample, and of its phase per half turn of the fastest sinusoid up to then.
+constexpr double kRoundOff = 4e-15;
+constexpr double kPhaseRoundOff = 2e-16;
+/// A fit with a residual below this part of the signal is worth polishing before it is judged.
+constexpr double kNearlyExact = 1e-4;
+
+}  // namespace
+
+WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_s)
+    : m_series(series), m_step_s(step_s) {
+  for (const SampleSeries& s : series) {
+    const double spread = std::sqrt((s.value.array() - s.value.mean()).square().mean());
+    const double half_turns = s.time_s(s.time_s.size() - 1) / step_s;
+    const double floor =
+        (kRoundOff + kPhaseRoundOff * half_turns) * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
+    m_floor.push_back(floor);
+    m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
+  }
+}
+
+RefineOptions WeightedData::options_with_step(double relative_step, int max_iterations) const {
+  RefineOptions out;
+  out.fit_drift = fit_drift;
+  out.weights = m_weights;
+  out.relative_step = relative_step;
+  out.max_iterations = max_iterations;
+  out.max_frequency_hz = 0.5 / m_step_s;
+  return out;
+}
+
+RefineOptions WeightedData::trial_options() const {
+  return options_with_step(kTrialStep, kTrialIterations);
+}
+
+RefineOptions WeightedData::final_options() const {
+  return options_with_step(kFinalStep, kFinalIterations);
+}
+
+bool WeightedData::is_round_off(const SinusoidFit& fit) const {
+  for (std::size_t c = 0; c < m_series.size(); ++c) {
+    const VectorXd& r = fit.channels[c].residual;
+    if (r.norm() >= m_floor[c] * std::sqrt(static_cast<double>(r.size()))) return false;
+  }
+  return true;
+}
+
+bool WeightedData::is_nearly_exact(const SinusoidFit& fit) const {
+  for (std::size_t c = 0; c < m_series.size(); ++c) {
+    const VectorXd& y = m_series[c].value;
+    const double spread = (y.array() - y.mean()).matrix().norm();
+    if (fit.channels[c].residual.norm() > kNearlyExact * spread) return false;
+  }
+  return true;
+}
+
+std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fit) const {
+  std::vector<SampleSeries> out = m_series;
+  const double scale = 1.0 / std::sqrt(std::max(fit.variance(), 1e-300));
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    out[c].value = scale * fit.channels[c].residual.cwiseProduct(m_weights[c]);
+  }
+  return out;
+}
+
+void WeightedData::weigh(const SinusoidFit& fit) {
+  if (is_round_off(fit)) return;
+  m_num_outliers = 0;
+  for (std::size_t c = 0; c < m_series.size(); ++c) {
+    const VectorXd& r = fit.channels[c].residual;
+    const std::vector<bool> is_outlier = find_isolated_outliers(r);
+    double sum = 0.0;
+    double count = 0.0;
+    for (Index i = 0; i < r.size(); ++i) {
+      if (is_outlier[static_cast<std::size_t>(i)]) continue;
+      sum += r(i) * r(i);
+      count += 1.0;
+    }
+    const double sigma = std::max(std::sqrt(sum / std::max(count, 1.0)), m_floor[c]);
+    for (Index i = 0; i < r.size(); ++i) {
+      const bool out = is_outlier[static_cast<std::size_t>(i)];
+      m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
+      m_num_outliers += out ? 1 : 0;
+    }
+  }
+}
+
+std::vector<std::vector<bool>> WeightedData::outliers() const {
+  std::vector<std::vector<bool>> out;
+  for (const VectorXd& weights : m_weights) {
+    out.emplace_back(static_cast<std::size_t>(weights.size()));
+    for (Index i = 0; i < weights.size(); ++i) {
+      out.back()[static_cast<std::size_t>(i)] = weights(i) == 0.0;
+    }
+  }
+  return out;
+}
+
+}  // namespace twang

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "harmonic_inversion/refine_sinusoids.hpp"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace twang {
+
+/// The channels of an inversion with the weights and tolerances of their fits.
+class WeightedData {
+ public:
+  /// Each channel begins with the weight of its own spread.
+  WeightedData(const std::vector<SampleSeries>& series, double step_s);
+
+  bool fit_drift = true;  ///< a drift per channel takes part in the fits
+
+  [[nodiscard]] const std::vector<SampleSeries>& series() const { return m_series; }
+
+  /// For fits that are to be judged, and for those that are kept.
+  [[nodiscard]] RefineOptions trial_options() const;
+  [[nodiscard]] RefineOptions final_options() const;
+
+  /// Whether the residual of `fit` is what round-off of samples and phases leaves.
+  [[nodiscard]] bool is_round_off(const SinusoidFit& fit) const;
+  /// Whether it is so small beside the signal that the fit is about to become exact.
+  [[nodiscard]] bool is_nearly_exact(const SinusoidFit& fit) const;
+
+  /// Residuals in units of each channel's noise.
+  [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const;
+
+  /// Weights each channel by its own residual, and isolated outliers by 0.
+  void weigh(const SinusoidFit& fit);
+
+  /// One a channel and sample.
+  [[nodiscard]] std::vector<std::vector<bool>> outliers() const;
+  [[nodiscard]] int num_outliers() const { return m_num_outliers; }
+
+ private:
+  [[nodiscard]] RefineOptions options_with_step(double relative_step, int max_iterations) const;
+
+  const std::vector<SampleSeries>& m_series;
+  double m_step_s;
+  std::vector<double> m_floor;             ///< round-off of each channel
+  std::vector<Eigen::VectorXd> m_weights;  ///< one a channel
+  int m_num_outliers = 0;
+};
+
+}  // namespace twang

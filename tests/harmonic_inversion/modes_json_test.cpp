@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/invert_harmonics.hpp"
+#include "harmonic_inversion/synthesize.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace twang {
+namespace {
+
+using Json = nlohmann::json;
+
+InversionResult example() {
+  SynthesisOptions options;
+  options.noise_sigma = 0.01;
+  return invert_harmonics(
+      synthesize_sinusoids({{20.0, 3.0, 1.0, 0.4}, {44.0, 9.0, 0.2, -2.0}}, options), {"y"});
+}
+
+TEST(ModesJson, CarriesEveryFieldOfTheFormatAndReadsBackExactly) {
+  const InversionResult result = example();
+  const Json json = Json::parse(modes_to_json(result));
+  EXPECT_EQ(json["format"], "twang-modes/1");
+  EXPECT_EQ(json["time_origin_s"].get<double>(), result.time_origin_s);
+  EXPECT_EQ(json["residual_rms"].get<double>(), result.residual_rms);
+  EXPECT_EQ(json["snr_db"].get<double>(), result.snr_db);
+  EXPECT_EQ(json["method"], result.method);
+  EXPECT_TRUE(json["rejected"].is_array());
+  ASSERT_EQ(json["modes"].size(), 2U);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Json& mode = json["modes"][k];
+    const DampedSinusoid& expected = result.modes[k];
+    EXPECT_EQ(mode["frequency_hz"].get<double>(), expected.frequency_hz);
+    EXPECT_EQ(mode["frequency_sigma_hz"].get<double>(), expected.frequency_sigma_hz);
+    EXPECT_EQ(mode["decay_per_s"].get<double>(), expected.decay_per_s);
+    EXPECT_EQ(mode["decay_sigma_per_s"].get<double>(), expected.decay_sigma_per_s);
+    EXPECT_EQ(mode["natural_frequency_hz"].get<double>(), expected.natural_frequency_hz());
+    EXPECT_EQ(mode["damping_ratio"].get<double>(), expected.damping_ratio());
+    EXPECT_EQ(mode["channels"]["y"]["amplitude"].get<double>(), expected.channels[0].amplitude);
+    EXPECT_EQ(mode["channels"]["y"]["phase_rad"].get<double>(), expected.channels[0].phase_rad);
+    EXPECT_TRUE(mode.contains("error"));
+  }
+  // 20 log10(A1 / residual): 1 over 0.01 is 40 dB, with 1 % of scatter.
+  EXPECT_NEAR(json["snr_db"].get<double>(), 40.0, 0.5);
+}
+
+TEST(ModesJson, WritesNullForWhatIsNotFinite) {
+  InversionResult result = example();
+  result.modes[0].error = kNaN;
+  result.snr_db = kInfinity;
+  const Json json = Json::parse(modes_to_json(result));
+  EXPECT_TRUE(json["modes"][0]["error"].is_null());
+  EXPECT_TRUE(json["snr_db"].is_null());
+}
+
+TEST(ModesJson, PutsSeveralColumnsSideBySide) {
+  InversionResult none;
+  none.message = "no mode";
+  const Json json = Json::parse(modes_to_json({{"a", example()}, {"b", none}}));
+  EXPECT_EQ(json["format"], "twang-modes/1");
+  EXPECT_EQ(json["columns"]["a"]["modes"].size(), 2U);
+  EXPECT_TRUE(json["columns"]["b"]["modes"].is_array());
+  EXPECT_TRUE(json["columns"]["b"]["modes"].empty());
+  EXPECT_FALSE(json.contains("modes"));
+}
+
+TEST(SynthesizeSinusoids, IsTheFormulaItStates) {
+  SynthesisOptions options;
+  options.offset = 0.3;
+  options.drift_per_s = -0.5;
+  options.held_s = 0.25;
+  const Trace trace = synthesize_sinusoids({{20.0, 3.0, 1.5, 0.4}}, options);
+  ASSERT_EQ(trace.num_samples(), 481U);
+  const double s = 0.5 - 0.25;
+  EXPECT_NEAR(trace.channels[0].values[120],
+              0.3 - 0.25 + 1.5 * std::exp(-3.0 * s) * std::sin(kTwoPi * 20.0 * s + 0.4),
+              1e-14);
+  EXPECT_NEAR(trace.channels[0].values[0], 0.3 + 1.5 * std::sin(0.4), 1e-15);
+}
+
+TEST(SynthesizeSinusoids, RepeatsItselfForASeedAndRefusesBadOptions) {
+  SynthesisOptions options;
+  options.noise_sigma = 0.1;
+  options.seed = 9;
+  const auto once = synthesize_sinusoids({}, options).channels[0].values;
+  EXPECT_EQ(once, synthesize_sinusoids({}, options).channels[0].values);
+  options.seed = 10;
+  EXPECT_NE(once, synthesize_sinusoids({}, options).channels[0].values);
+  const auto refused = [](auto&& spoil) {
+    SynthesisOptions bad;
+    EXPECT_NO_THROW(bad.check());
+    spoil(bad);
+    EXPECT_ANY_THROW(bad.check());
+  };
+  refused([](SynthesisOptions& o) { o.rate_hz = 0.0; });
+  refused([](SynthesisOptions& o) { o.duration_s = -1.0; });
+  refused([](SynthesisOptions& o) { o.noise_sigma = -1.0; });
+  refused([](SynthesisOptions& o) { o.jitter_s = 0.5 / o.rate_hz; });
+  refused([](SynthesisOptions& o) { o.held_s = -1.0; });
+  refused([](SynthesisOptions& o) { o.missing_part = 1.0; });
+}
+
+}  // namespace
+}  // namespace twang
