@@ -27,6 +27,9 @@ constexpr double kLeastRim = 0.075;
 constexpr double kWidestRim = 0.22;
 constexpr double kRim_px = 2.0;
 constexpr double kTaper_px = 1.0;
+// Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
+// about the marker and so without effect on its place.
+constexpr double kMostCorrelation = 0.5;
 // Of the pixels that the marker should cover, this part must lie in the picture.
 constexpr double kLeastCover = 0.9;
 
@@ -310,7 +313,7 @@ void Alignment::judge() {
   const double variance = square / std::max(1.0, sum_w - m_layout.size);
   const auto widening = [&](double sum, double count) {
     const double rho = count > 0.0 && square > 0.0 ? sum / count / (square / sum_w) : 0.0;
-    const double bounded = std::clamp(rho, 0.0, 0.8);
+    const double bounded = std::clamp(rho, 0.0, kMostCorrelation);
     return (1.0 + bounded) / (1.0 - bounded);
   };
   const double correlated = widening(beside, num_beside) * widening(below, num_below);

@@ -176,7 +176,7 @@ class CameraMotion {
       m_fixed.push_back(&marker);
       m_mean.push_back(mean_position(marker));
     }
-    m_still = chi_square([](std::size_t) { return Homography::Identity(); }, 2.0, scatter_px) <
+    m_still = chi_square([](std::size_t) { return Homography::Identity(); }, 0.0, scatter_px) <
                   kMostChiSquare ||
               scatter_px < kStillCamera_px;
   }
@@ -228,7 +228,7 @@ class CameraMotion {
         seen_here += 2.0;
       }
       count += seen_here;
-      freedom += seen_here > parameters ? seen_here - (parameters > 2.0 ? parameters : 0.0) : 0.0;
+      freedom += std::max(0.0, seen_here - parameters);
     }
     rms_px = count > 0.0 ? std::sqrt(square / count) : 0.0;
     return freedom > 0.0 ? sum / freedom : 0.0;
@@ -324,9 +324,11 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   PlaneMap result;
   const Homography mean = mean_map(markers, camera, result.notes);
   const std::size_t num_fixed = camera.fixed().size();
-  const Eigen::Matrix2d px_per_m =
-      map_jacobian(mean, map_point(mean.inverse(), markers.front().rest)).inverse();
-  result.mm_per_px = kMillimetresPerMetre / std::sqrt(std::abs(px_per_m.determinant()));
+  Points rests;
+  for (const PlaneMarker& marker : markers) rests.push_back(marker.rest);
+  const Eigen::Vector2d middle_px = map_point(mean.inverse(), mean_of(rests));
+  result.mm_per_px =
+      kMillimetresPerMetre * std::sqrt(std::abs(map_jacobian(mean, middle_px).determinant()));
 
   const auto residual_of = [&](const PointPairs& px) {
     PointPairs plane{px.from, {}};

@@ -47,7 +47,7 @@ struct PlaneMarker {
 struct PlaneMap {
   std::vector<Homography> plane_from_px;  ///< one a frame; one alone if the camera stood still [m]
   double residual_px = 0.0;  ///< rms of the fixed markers about it; 0 with under three [px]
-  double mm_per_px = 0.0;    ///< scale at the markers' rest [mm/px]
+  double mm_per_px = 0.0;    ///< scale in the middle of the markers' rest positions [mm/px]
   std::vector<std::string> notes;  ///< how it was found, one sentence each
 
   [[nodiscard]] const Homography& at(std::size_t frame) const {
