@@ -6,7 +6,6 @@
 #include "core/units.hpp"
 
 #include <Eigen/Dense>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -304,9 +303,8 @@ Homography mean_map(const std::vector<PlaneMarker>& markers,
     notes.push_back(fmt::format("Scale and turn come from where {} markers settle at the end.",
                                 settled.from.size()));
   } else {
-    const auto& marker = *std::find_if(markers.begin(), markers.end(), [&](const auto& m) {
-      return settled.to[0] == m.rest;
-    });
+    const auto& marker = *std::find_if(
+        markers.begin(), markers.end(), [&](const auto& m) { return settled.to[0] == m.rest; });
     map = map_by_size(marker, settled.from[0]);
     notes.push_back(fmt::format("The scale comes from the size of marker '{}' alone.", marker.id));
   }
@@ -353,13 +351,15 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   for (std::size_t n = 0; n < camera.num_frames(); ++n) {
     const PointPairs seen = camera.seen(n);
     const bool own = whole && seen.from.size() >= 4;
-    result.plane_from_px.push_back(
-        mean * (own ? fit_homography(seen) : camera.steady_from_frame(n)));
+    result.plane_from_px.push_back(mean *
+                                   (own ? fit_homography(seen) : camera.steady_from_frame(n)));
   }
   result.notes.push_back(fmt::format(
       "The camera moved (fixed markers scatter by {:.2f} px): its {} is taken out frame by frame.",
       camera.scatter_px,
-      whole ? "homography" : num_fixed >= 2 ? "similarity" : "shift"));
+      whole            ? "homography"
+      : num_fixed >= 2 ? "similarity"
+                       : "shift"));
   if (num_fixed >= 3) {
     result.residual_px = std::hypot(left_px, residual_of({camera.mean(), {}}));
   }

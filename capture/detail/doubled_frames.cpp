@@ -8,14 +8,15 @@
 namespace twang::detail {
 namespace {
 
-// A marker stands if it moved by less than so many sigmas, and should have moved if the frames around
-// put it farther away than so many.
+// A marker stands if it moved by less than so many sigmas, and should have moved if the frames
+// around put it farther away than so many.
 constexpr double kStandsSigmas = 2.0;
 constexpr double kMovesSigmas = 6.0;
 constexpr int kBlock_px = 16;
 // Neighbours on either side that a frame is compared with: more than a film repeats in a row.
 constexpr std::size_t kNeighbours = 6;
 constexpr double kHardly = 0.1;         // of the neighbours' change
+constexpr double kClearly = 0.2;        // of the neighbours' change: something moved
 constexpr double kMotion = 6.0;         // change of a block that shows motion [grey levels]
 constexpr double kNoNoise = 0.5;        // of the film's usual noise
 constexpr double kVisibleNoise = 0.15;  // mean change that noise must reach to be missed: below,
@@ -63,10 +64,11 @@ void DoubledFrames::add(const LumaFrame& frame) {
   m_typical.push_back(median(std::move(changes)));
 }
 
-std::vector<bool> DoubledFrames::decide() const {
+DoubledFrames::Verdict DoubledFrames::decide() const {
   const std::size_t n = m_largest.size();
   std::vector<bool> doubled(n, false);
-  if (n < 3) return doubled;
+  std::vector<bool> changed(n, true);
+  if (n < 3) return {doubled, changed};
   const double noise = median({m_typical.begin() + 1, m_typical.end()});
   const auto largest_in = [&](std::size_t first, std::size_t last) {
     double largest = 0.0;
@@ -81,8 +83,9 @@ std::vector<bool> DoubledFrames::decide() const {
     const bool stands = moving > kMotion && m_largest[i] < kHardly * moving;
     const bool silent = noise < kVisibleNoise || m_typical[i] < kNoNoise * noise;
     doubled[i] = stands && silent;
+    changed[i] = m_largest[i] > kClearly * moving && m_largest[i] > kMotion;
   }
-  return doubled;
+  return {doubled, changed};
 }
 
 std::vector<int> stands_against_motion(const std::vector<Eigen::Vector2d>& position_px,

@@ -22,8 +22,11 @@ class DoubledFrames {
  public:
   /// Takes the film's next picture.
   void add(const LumaFrame& frame);
-  /// For each frame taken, whether it repeats the one before.
-  [[nodiscard]] std::vector<bool> decide() const;
+  struct Verdict {
+    std::vector<bool> doubled;  ///< for each frame, whether it repeats the one before
+    std::vector<bool> changed;  ///< whether it clearly does not
+  };
+  [[nodiscard]] Verdict decide() const;
 
  private:
   std::vector<std::uint8_t> m_before;
@@ -31,8 +34,8 @@ class DoubledFrames {
   std::vector<double> m_largest;  // of the most changed block [grey levels]
 };
 
-/// Finds repeats that the blocks do not show, in slow motion, from a marker's track: frames in which
-/// it did not move although the frames around it say that it should have.
+/// Finds repeats that the blocks do not show, in slow motion, from a marker's track: frames in
+/// which it did not move although the frames around it say that it should have.
 ///
 /// @param position_px  one a frame; nan where lost [px]
 /// @return  one a frame: 1 it stands where it should have moved, -1 it moved, 0 nothing can be said

@@ -23,9 +23,9 @@ struct PaintedMarker {
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< during the exposure
   double paper_sizes = 1.5;                             ///< side of the paper square
   double ink = 25.0, paper = 225.0, background = 90.0;  ///< grey levels
-  double shading = 0.0;   ///< relative slope of the paper's brightness, per marker size
-  double blur_px = 0.0;   ///< Gaussian defocus, by sampling its kernel
-  double noise = 0.0;     ///< standard deviation [grey levels]
+  double shading = 0.0;  ///< relative slope of the paper's brightness, per marker size
+  double blur_px = 0.0;  ///< Gaussian defocus, by sampling its kernel
+  double noise = 0.0;    ///< standard deviation [grey levels]
 };
 
 /// Grey level of the sharp scene at an offset from the marker's centre [px].
@@ -39,8 +39,8 @@ inline double sharp_grey(const PaintedMarker& m, const Eigen::Vector2d& offset) 
 }
 
 inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed) {
-  constexpr int kAcross = 12;    // samples along a pixel's side
-  constexpr int kKernel = 5;     // samples of the defocus, along each axis
+  constexpr int kAcross = 12;  // samples along a pixel's side
+  constexpr int kKernel = 5;   // samples of the defocus, along each axis
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, m.noise);
   // Midpoints of equal parts of a Gaussian's area.
