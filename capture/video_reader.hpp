@@ -18,7 +18,7 @@ struct VideoInfo {
   std::optional<double> declared_fps;  ///< average rate the container declares [1/s]
   std::optional<double>
       capture_fps_tag;  ///< rate at which the camera says it filmed (Android, Apple) [1/s]
-  std::optional<long> declared_frames;  ///< number of frames, if the container says it
+  std::optional<long> declared_frames;  ///< number of frames that the container holds and shows
   std::string codec;
 };
 
@@ -32,11 +32,15 @@ struct LumaFrame {
 };
 
 /// Reads a film from beginning to end, luma plane only, decoded on several threads (FFmpeg).
+///
+/// Opening it runs once through its packets, without decoding, so that a film that is cut off is
+/// refused before any work is done on it. What an edit list cuts away is not shown. Where a program
+/// has stamped pictures in order of decoding instead of presentation, the order is restored.
 class VideoReader {
  public:
-  /// @throws InputError naming the file if it does not exist, is no film, has no picture stream or
-  /// a codec that is not
-  ///         known or no 8-bit luma plane
+  /// @throws InputError naming the file if it does not exist, is no film, ends before its index or
+  /// its stated duration does, has no picture stream, a codec that is not known or no 8-bit luma
+  /// plane
   explicit VideoReader(const std::filesystem::path& path);
   ~VideoReader();
   VideoReader(const VideoReader&) = delete;

@@ -57,7 +57,8 @@ CodecContextPtr open_encoder(const ForeignFilm& film, bool global_header) {
   codec->strict_std_compliance = FF_COMPLIANCE_EXPERIMENTAL;
   codec->color_range = AVCOL_RANGE_JPEG;
   if (film.codec == "libx264") {
-    av_opt_set_int(codec->priv_data, "qp", 0, 0);
+    // Fine enough to keep an even level, but not the lossless mode, which has no B pictures.
+    av_opt_set_int(codec->priv_data, "qp", 1, 0);
     av_opt_set(codec->priv_data, "x264-params", "b-adapt=0:bframes=3:scenecut=0", 0);
   }
   if (global_header) codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;

@@ -45,7 +45,9 @@ TEST(TimeBase, RegularStampsBecomeFrameNumberOverRate) {
 
 TEST(TimeBase, AGapShiftsWhatFollows) {
   std::vector<int> numbers = {0, 1, 2, 3, 6, 7, 8, 10, 11};
-  const auto base = correct_time_base(stamps_of(numbers, 240.0, kTick), kTick, 240.0, {});
+  // Ticks that a frame is no whole number of: a stamp is not yet n / 240.
+  const auto base =
+      correct_time_base(stamps_of(numbers, 240.0, kMillisecond), kMillisecond, 240.0, {});
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     EXPECT_EQ(base.time_s[i], numbers[i] / 240.0);
   }
@@ -94,6 +96,14 @@ TEST(TimeBase, VariableRateKeepsItsStamps) {
   const auto slow = correct_time_base(stamps, kTick, 30.0, StatedRate{240.0, "rig"});
   const double stretch = base.summary.file_fps / 240.0;
   EXPECT_NEAR(slow.time_s[150], (stamps[150] - stamps[0]) * stretch, 1e-12);  // rounding
+}
+
+TEST(TimeBase, JitterBeyondATickIsKept) {
+  std::vector<double> stamps = stamps_of(up_to(50), 240.0, kTick);
+  for (std::size_t i = 1; i < stamps.size(); i += 2) stamps[i] += 3.0 * kTick;
+  const auto base = correct_time_base(stamps, kTick, 240.0, {});
+  EXPECT_EQ(base.summary.source, "stamps");
+  EXPECT_EQ(base.time_s, stamps);
 }
 
 TEST(TimeBase, ARateThatTheDeclarationRoundsIsNotDriftedAlong) {
