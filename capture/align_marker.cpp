@@ -30,6 +30,8 @@ constexpr double kTaper_px = 1.0;
 // Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
 // about the marker and so without effect on its place.
 constexpr double kMostCorrelation = 0.5;
+// Between paper and ink; with less there is nothing to be seen [grey levels].
+constexpr double kLeastContrast = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
 constexpr double kLeastCover = 0.9;
 
@@ -351,7 +353,8 @@ MarkerAlignment Alignment::run() {
   }
   if (!accumulate()) return m_result;
   judge();
-  m_result.converged = moved_px <= 10.0 * kConverged_px && std::isfinite(m_result.sigma_px);
+  m_result.converged = moved_px <= 10.0 * kConverged_px && std::isfinite(m_result.sigma_px) &&
+                       std::abs(m_result.contrast) >= kLeastContrast;
   return m_result;
 }
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace twang {
+namespace twang::test {
 
 /// A strip 80 x 10 x 2 mm, clamped at x = 0, with a cross near its tip and dots on the bench.
 inline Rig strip_rig(int num_fixed = 4) {
@@ -91,4 +91,4 @@ struct StripMotion {
   }
 };
 
-}  // namespace twang
+}  // namespace twang::test
