@@ -19,7 +19,9 @@ constexpr double kNoise = 2.0;  // grey levels
 // A turn at which no edge runs along the pixels: what painting by samples does best.
 constexpr double kTurn_rad = 0.1;
 
-PaintedMarker painted(MarkerKind kind, double size_px, Eigen::Vector2d position_px = {29.37, 30.21}) {
+PaintedMarker painted(MarkerKind kind,
+                      double size_px,
+                      Eigen::Vector2d position_px = {29.37, 30.21}) {
   PaintedMarker marker;
   marker.kind = kind;
   marker.position_px = position_px;
@@ -54,8 +56,7 @@ class EveryKind : public ::testing::TestWithParam<MarkerKind> {};
 TEST_P(EveryKind, IsFoundWithoutBiasAtAnyShift) {
   for (const double size_px : {9.5, 30.0}) {
     for (int k = 0; k < 4; ++k) {
-      const PaintedMarker marker =
-          painted(GetParam(), size_px, {29.0 + 0.27 * k, 30.0 - 0.19 * k});
+      const PaintedMarker marker = painted(GetParam(), size_px, {29.0 + 0.27 * k, 30.0 - 0.19 * k});
       const MarkerAlignment found = align(picture(marker), marker);
       ASSERT_TRUE(found.converged);
       // Grey levels are whole numbers; the painter has eight samples along a pixel.
@@ -105,8 +106,8 @@ TEST_P(EveryKind, FitFindsSizeSlantAndDefocus) {
   marker.px_from_pattern.col(0) *= 0.92;  // seen from the side
   marker.blur_px = 0.8;
   const Image image = picture(marker);
-  const FittedMarker fitted = fit_marker(
-      luma_view(image), GetParam(), upright_marker(marker.position_px, 27.0), 10.0);
+  const FittedMarker fitted =
+      fit_marker(luma_view(image), GetParam(), upright_marker(marker.position_px, 27.0), 10.0);
   ASSERT_TRUE(fitted.alignment.converged);
   EXPECT_LT(error_of(fitted.alignment, marker).norm(), 0.02);
   // The painter's kernel is five samples of a Gaussian: its tails are missing.
@@ -121,13 +122,11 @@ TEST_P(EveryKind, SlopingLightOnThePaperDoesNotBias) {
   EXPECT_LT(error_of(align(picture(marker), marker), marker).norm(), 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(AlignMarker,
-                         EveryKind,
-                         ::testing::Values(MarkerKind::Cross,
-                                           MarkerKind::Dot,
-                                           MarkerKind::Ring,
-                                           MarkerKind::Checker),
-                         [](const auto& kind) { return std::string(to_string(kind.param)); });
+INSTANTIATE_TEST_SUITE_P(
+    AlignMarker,
+    EveryKind,
+    ::testing::Values(MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker),
+    [](const auto& kind) { return std::string(to_string(kind.param)); });
 
 TEST(AlignMarker, BackgroundBeyondThePaperHasNoInfluence) {
   PaintedMarker marker = painted(MarkerKind::Cross, 28.0);
@@ -172,9 +171,8 @@ TEST(AlignMarker, RoundMarkerIsNeverTurned) {
 TEST(AlignMarker, ScoreTellsAnotherPattern) {
   const PaintedMarker dot = painted(MarkerKind::Dot, 30.0);
   const Image image = picture(dot);
-  const MarkerAlignment found = align_marker(luma_view(image),
-                                             MarkerTemplate(MarkerKind::Checker, 30.0, 0.0),
-                                             placement_of(dot));
+  const MarkerAlignment found = align_marker(
+      luma_view(image), MarkerTemplate(MarkerKind::Checker, 30.0, 0.0), placement_of(dot));
   EXPECT_TRUE(!found.converged || found.score < 0.7);
 }
 

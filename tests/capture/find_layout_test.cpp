@@ -37,8 +37,8 @@ class FindLayout : public ::testing::Test {
   /// Markers alone, no part.
   Picture film_markers(const Rig& rig) {
     const auto path = m_folder.path() / "film.mkv";
-    const FilmTruth truth =
-        render_film(rig, [&](double) { return at_rest(rig); }, path, small_film());
+    const FilmTruth truth = render_film(
+        rig, [&](double) { return at_rest(rig); }, path, small_film());
     return {read_film(path).front(), truth.position_px.front()};
   }
 
@@ -127,7 +127,8 @@ TEST_F(FindLayout, MapsRestOntoThePicture) {
   const Picture picture = film(rig, small_film(), still);
   const Layout layout = find_layout(luma_view(picture.image), rig);
   for (std::size_t i = 0; i < rig.markers.size(); ++i) {
-    const Eigen::Vector2d mapped = layout.to_px(plane_position(*rig.camera, rig.markers[i].position));
+    const Eigen::Vector2d mapped =
+        layout.to_px(plane_position(*rig.camera, rig.markers[i].position));
     EXPECT_LT((mapped - picture.truth_px[i]).norm(), 0.1);  // of the candidates, not yet refined
   }
 }

@@ -146,8 +146,7 @@ Homography steady(int) { return px_from_plane(); }
 Homography shaken(int frame) {
   const double t = 0.05 * frame;
   Homography shake = Homography::Identity();
-  shake.topLeftCorner<2, 2>() =
-      Eigen::Rotation2Dd(0.004 * std::sin(1.3 * t)).toRotationMatrix();
+  shake.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(0.004 * std::sin(1.3 * t)).toRotationMatrix();
   shake.topRightCorner<2, 1>() << 2.0 * std::sin(t), 1.5 * std::cos(1.7 * t);
   return shake * px_from_plane();
 }
@@ -159,7 +158,8 @@ double largest_error(const PlaneMap& map,
   double largest = 0.0;
   for (int n = 0; n < 200; ++n) {
     const Eigen::Vector2d px = map_point(camera_at(n), place);
-    largest = std::max(largest, (map_point(map.at(static_cast<std::size_t>(n)), px) - place).norm());
+    largest =
+        std::max(largest, (map_point(map.at(static_cast<std::size_t>(n)), px) - place).norm());
   }
   return largest;
 }
