@@ -41,8 +41,8 @@ inline double sharp_grey(const PaintedMarker& m,
 }
 
 inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed) {
-  constexpr int kAcross = 8;   // samples along a pixel's side
-  constexpr int kKernel = 5;   // samples of the defocus, along each axis
+  constexpr int kAcross = 8;  // samples along a pixel's side
+  constexpr int kKernel = 5;  // samples of the defocus, along each axis
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, m.noise);
   // Midpoints of equal parts of a Gaussian's area.
@@ -68,7 +68,8 @@ inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed)
                        Eigen::Vector2d(parts[k % kKernel], parts[k / kKernel]);
           }
           for (int i = 0; i < steps; ++i) {
-            sum += sharp_grey(m, pattern_from_px, blurred - ((i + 0.5) / steps - 0.5) * m.motion_px);
+            sum +=
+                sharp_grey(m, pattern_from_px, blurred - ((i + 0.5) / steps - 0.5) * m.motion_px);
             count += 1.0;
           }
         }
