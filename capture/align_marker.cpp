@@ -20,19 +20,24 @@ constexpr int kMostIterations = 25;
 constexpr double kConverged_px = 1e-3;   // last step; the error left is its square
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
-// The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and within
-// the quarter of the size that a paper square of 1.5 sizes leaves. The same for all blurs, so that
-// their residuals can be compared.
+// The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and
+// within the quarter of the size that a paper square of 1.5 sizes leaves. The same for all blurs,
+// so that their residuals can be compared.
 constexpr double kLeastRim = 0.075;
 constexpr double kWidestRim = 0.22;
 constexpr double kRim_px = 2.0;
 constexpr double kTaper_px = 1.0;
+// Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
+// about the marker and so without effect on its place.
+constexpr double kMostCorrelation = 0.5;
+// Between paper and ink; with less there is nothing to be seen [grey levels].
+constexpr double kLeastContrast = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
 constexpr double kLeastCover = 0.9;
 
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
-using NormalMatrix = Eigen::
-    Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
+using NormalMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
 using Row = std::array<double, kMostParameters>;
 
 /// A rotation, anticlockwise as seen where y points down.
@@ -130,16 +135,15 @@ MarkerTemplate::Sample Alignment::smeared(double u, double v, double& by_motion)
   }
   if (m_layout.motion >= 0) {
     // d/dL of the mean over a path of length L is (mean of its ends − mean) / L.
-    const double ends =
-        0.5 * (m_marker.at(u + 0.5 * m_path.x(), v + 0.5 * m_path.y()).value +
-               m_marker.at(u - 0.5 * m_path.x(), v - 0.5 * m_path.y()).value);
+    const double ends = 0.5 * (m_marker.at(u + 0.5 * m_path.x(), v + 0.5 * m_path.y()).value +
+                               m_marker.at(u - 0.5 * m_path.x(), v - 0.5 * m_path.y()).value);
     by_motion = (ends - sum.value) / (2.0 * m_result.placement.motion_px.squaredNorm());
   }
   return sum;
 }
 
-/// 1 over the marker and its rim, falling to 0 over the last pixel of it. The window keeps the shape
-/// the marker had at the start: residuals of different shapes are then comparable.
+/// 1 over the marker and its rim, falling to 0 over the last pixel of it. The window keeps the
+/// shape the marker had at the start: residuals of different shapes are then comparable.
 double Alignment::weight(const Eigen::Vector2d& offset) const {
   const Eigen::Vector2d uv = m_window_from_px * offset;
   const double distance = m_marker.is_round() ? uv.norm() : uv.cwiseAbs().maxCoeff();
@@ -219,8 +223,8 @@ bool Alignment::accumulate() {
     }
   }
   const double side = 1.0 + 2.0 * m_rim - m_taper;
-  const double expected = (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side *
-                          std::abs(m_window.determinant());
+  const double expected =
+      (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side * std::abs(m_window.determinant());
   m_cover = m_total_weight / expected;
   return m_cover >= kLeastCover && m_total_weight > 2.0 * n;
 }
@@ -310,7 +314,7 @@ void Alignment::judge() {
   const double variance = square / std::max(1.0, sum_w - m_layout.size);
   const auto widening = [&](double sum, double count) {
     const double rho = count > 0.0 && square > 0.0 ? sum / count / (square / sum_w) : 0.0;
-    const double bounded = std::clamp(rho, 0.0, 0.8);
+    const double bounded = std::clamp(rho, 0.0, kMostCorrelation);
     return (1.0 + bounded) / (1.0 - bounded);
   };
   const double correlated = widening(beside, num_beside) * widening(below, num_below);
@@ -344,13 +348,13 @@ MarkerAlignment Alignment::run() {
     if (!step(moved_px)) return m_result;
     const MarkerPlacement& now = m_result.placement;
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
-    const double growth =
-        now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
+    const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
     if (!(growth > 0.25 && growth < 4.0)) return m_result;
   }
   if (!accumulate()) return m_result;
   judge();
-  m_result.converged = moved_px <= 10.0 * kConverged_px && std::isfinite(m_result.sigma_px);
+  m_result.converged = moved_px <= 10.0 * kConverged_px && std::isfinite(m_result.sigma_px) &&
+                       std::abs(m_result.contrast) >= kLeastContrast;
   return m_result;
 }
 

@@ -27,9 +27,9 @@ struct MarkerPlacement {
 /// What is left free when a marker is aligned; position, contrast, brightness and a linear shading
 /// of the paper always are.
 struct AlignOptions {
-  bool fit_turn = true;     ///< only where the pattern shows it
-  bool fit_shape = false;   ///< size and slant too (then the turn is part of it)
-  bool fit_motion = false;  ///< length of the motion blur along `motion_px`, which must not be 0
+  bool fit_turn = true;      ///< only where the pattern shows it
+  bool fit_shape = false;    ///< size and slant too (then the turn is part of it)
+  bool fit_motion = false;   ///< length of the motion blur along `motion_px`, which must not be 0
   double farthest_px = 1e9;  ///< gives up farther than this from the start [px]
 };
 

@@ -69,13 +69,14 @@ void check_starts(const LumaFrame& frame,
     const bool inside = px.x() >= 0.0 && px.y() >= 0.0 && px.x() <= frame.width_px - 1 &&
                         px.y() <= frame.height_px - 1;
     if (!inside) {
-      throw InputError(fmt::format("--marker {}={},{}: lies outside the picture, must be within "
-                                   "{} x {} pixels",
-                                   id,
-                                   px.x(),
-                                   px.y(),
-                                   frame.width_px,
-                                   frame.height_px));
+      throw InputError(
+          fmt::format("--marker {}={},{}: lies outside the picture, must be within "
+                      "{} x {} pixels",
+                      id,
+                      px.x(),
+                      px.y(),
+                      frame.width_px,
+                      frame.height_px));
     }
   }
 }
@@ -163,8 +164,8 @@ void LayoutSearch::gather_candidates() {
     m_candidates = detail::find_candidates(
         m_frame, kinds(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
   }
-  const int reach = static_cast<int>(kStartNeighbourhood *
-                                     std::max(m_frame.width_px, m_frame.height_px));
+  const int reach =
+      static_cast<int>(kStartNeighbourhood * std::max(m_frame.width_px, m_frame.height_px));
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
     const auto start = m_starts.find(marker.id);
@@ -175,42 +176,45 @@ void LayoutSearch::gather_candidates() {
       const int x = static_cast<int>(start->second.x());
       const int y = static_cast<int>(start->second.y());
       const detail::SearchBox around{std::max(0, x - reach),
-                                    std::max(0, y - reach),
-                                    std::min(m_frame.width_px, x + reach),
-                                    std::min(m_frame.height_px, y + reach)};
+                                     std::max(0, y - reach),
+                                     std::min(m_frame.width_px, x + reach),
+                                     std::min(m_frame.height_px, y + reach)};
       const auto near = detail::find_candidates(m_frame, {marker.kind}, around, m_templates);
       m_candidates.insert(m_candidates.end(), near.begin(), near.end());
       given = candidate_near(marker, start->second);
     }
     if (given < 0) {
-      throw InputError(fmt::format("{}: marker '{}' was not found near {} in the first frame, must "
-                                   "be a {} there",
-                                   m_film,
-                                   marker.id,
-                                   at_text(start->second),
-                                   to_string(marker.kind)));
+      throw InputError(
+          fmt::format("{}: marker '{}' was not found near {} in the first frame, must "
+                      "be a {} there",
+                      m_film,
+                      marker.id,
+                      at_text(start->second),
+                      to_string(marker.kind)));
     }
     for (std::size_t k = 0; k < i; ++k) {
       if (m_markers[k].given != given) continue;
-      throw InputError(fmt::format("{}: markers '{}' and '{}' were both placed at {}, must be two "
-                                   "places",
-                                   m_film,
-                                   m_rig.markers[k].id,
-                                   marker.id,
-                                   at_text(start->second)));
+      throw InputError(
+          fmt::format("{}: markers '{}' and '{}' were both placed at {}, must be two "
+                      "places",
+                      m_film,
+                      m_rig.markers[k].id,
+                      marker.id,
+                      at_text(start->second)));
     }
   }
 }
 
 void LayoutSearch::refuse_missing(std::size_t marker) const {
   const std::string& id = m_rig.markers[marker].id;
-  throw InputError(fmt::format("{}: marker '{}' was not found in the first frame, must be a {} of "
-                               "{:g} mm in plain view; give --marker {}=x,y",
-                               m_film,
-                               id,
-                               to_string(m_rig.markers[marker].kind),
-                               1e3 * m_rig.markers[marker].size_m,
-                               id));
+  throw InputError(
+      fmt::format("{}: marker '{}' was not found in the first frame, must be a {} of "
+                  "{:g} mm in plain view; give --marker {}=x,y",
+                  m_film,
+                  id,
+                  to_string(m_rig.markers[marker].kind),
+                  1e3 * m_rig.markers[marker].size_m,
+                  id));
 }
 
 void LayoutSearch::refuse_ambiguous(const std::vector<Constellation>& choices) const {
@@ -219,12 +223,13 @@ void LayoutSearch::refuse_ambiguous(const std::vector<Constellation>& choices) c
     for (const Constellation& choice : choices) places.insert(choice.candidate[i]);
     places.erase(-1);
     if (places.size() < 2) continue;
-    throw InputError(fmt::format("{}: marker '{}' could be one of {} places in the first frame, "
-                                 "must be one; give --marker {}=x,y",
-                                 m_film,
-                                 m_rig.markers[i].id,
-                                 places.size(),
-                                 m_rig.markers[i].id));
+    throw InputError(
+        fmt::format("{}: marker '{}' could be one of {} places in the first frame, "
+                    "must be one; give --marker {}=x,y",
+                    m_film,
+                    m_rig.markers[i].id,
+                    places.size(),
+                    m_rig.markers[i].id));
   }
 }
 

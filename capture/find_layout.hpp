@@ -30,10 +30,10 @@ struct Layout {
 
 /// Finds all markers of a rig in a picture.
 ///
-/// Everything that looks like one of the markers' kinds is a candidate; the assignment of candidates
-/// to markers is the one under which the picture is the rig's layout, seen at any scale and turned
-/// by up to 30 degrees. Moving markers may stand away from rest by the rig's release, or by a part
-/// of the layout's extent.
+/// Everything that looks like one of the markers' kinds is a candidate; the assignment of
+/// candidates to markers is the one under which the picture is the rig's layout, seen at any scale
+/// and turned by up to 30 degrees. Moving markers may stand away from rest by the rig's release, or
+/// by a part of the layout's extent.
 ///
 /// @param start_px  where a marker stands, by id; overrules the search for that marker, which is
 ///                  then sought near that place alone [px]

@@ -4,7 +4,6 @@
 #include "capture/marker_pattern.hpp"
 
 #include <Eigen/Core>
-
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -82,8 +81,8 @@ MarkerTemplate::Sample MarkerTemplate::at(double u, double v) const {
   const Eigen::Array4f above = (1.0F - fx) * Cell(upper) + fx * Cell(upper + 4);
   const Eigen::Array4f below = (1.0F - fx) * Cell(lower) + fx * Cell(lower + 4);
   const Eigen::Array4f mixed = (1.0F - fy) * above + fy * below;
-  return {static_cast<double>(mixed[0]), static_cast<double>(mixed[1]),
-          static_cast<double>(mixed[2])};
+  return {
+      static_cast<double>(mixed[0]), static_cast<double>(mixed[1]), static_cast<double>(mixed[2])};
 }
 
 }  // namespace twang

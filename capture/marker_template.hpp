@@ -47,10 +47,10 @@ class MarkerTemplate {
   double m_size_px;
   double m_blur_px = 0.0;
   bool m_has_turn;
-  double m_samples_per_unit = 0.0;  // [1/size]
-  double m_half_width = 0.0;        // of the sampled square [size]
-  int m_side = 0;                   // samples along it
-  std::vector<float> m_sharp;       // averaged over a pixel, not blurred
+  double m_samples_per_unit = 0.0;            // [1/size]
+  double m_half_width = 0.0;                  // of the sampled square [size]
+  int m_side = 0;                             // samples along it
+  std::vector<float> m_sharp;                 // averaged over a pixel, not blurred
   std::vector<std::array<float, 4>> m_table;  // value, du, dv, one to fill up
 };
 

@@ -21,8 +21,8 @@ const std::array kColours = {cv::Scalar(255, 170, 0),
                              cv::Scalar(240, 230, 40),
                              cv::Scalar(150, 140, 255)};
 const cv::Scalar kAlarm(255, 40, 40);
-constexpr std::size_t kTail = 24;  // frames of path behind a marker
-constexpr int kShift = 4;          // OpenCV draws to a sixteenth of a pixel
+constexpr std::size_t kTail = 24;    // frames of path behind a marker
+constexpr int kShift = 4;            // OpenCV draws to a sixteenth of a pixel
 constexpr int kTextHeight_px = 360;  // picture height at which the text has its natural size
 
 cv::Point fine(const Eigen::Vector2d& px) {
@@ -33,11 +33,8 @@ cv::Point fine(const Eigen::Vector2d& px) {
 
 cv::Mat in_colour(const std::uint8_t* pixels, std::ptrdiff_t stride, int width, int height) {
   // OpenCV's header takes what it only reads as writable.
-  const cv::Mat grey(height,
-                     width,
-                     CV_8UC1,
-                     const_cast<std::uint8_t*>(pixels),
-                     static_cast<std::size_t>(stride));
+  const cv::Mat grey(
+      height, width, CV_8UC1, const_cast<std::uint8_t*>(pixels), static_cast<std::size_t>(stride));
   cv::Mat colour;
   cv::cvtColor(grey, colour, cv::COLOR_GRAY2RGB);
   return colour;
@@ -79,8 +76,7 @@ void write_word(cv::Mat& picture,
   origin.x = std::clamp(origin.x, 0, std::max(0, picture.cols - size.width));
   origin.y = std::clamp(origin.y, size.height, std::max(size.height, picture.rows - below));
   const auto put = [&](const cv::Scalar& ink, int width) {
-    cv::putText(
-        picture, word, origin, cv::FONT_HERSHEY_SIMPLEX, scale, ink, width, cv::LINE_AA);
+    cv::putText(picture, word, origin, cv::FONT_HERSHEY_SIMPLEX, scale, ink, width, cv::LINE_AA);
   };
   put(cv::Scalar(0, 0, 0), thick + 2);
   put(colour, thick);
@@ -121,8 +117,7 @@ cv::Mat draw_frame(const LumaFrame& frame, const TrackDrawing& drawing, std::siz
 }  // namespace
 
 Image draw_tracks(const Image& grey, const TrackDrawing& drawing, std::size_t frame) {
-  cv::Mat picture =
-      in_colour(grey.pixels.data(), grey.width_px, grey.width_px, grey.height_px);
+  cv::Mat picture = in_colour(grey.pixels.data(), grey.width_px, grey.width_px, grey.height_px);
   for (std::size_t i = 0; i < drawing.tracks.size(); ++i) {
     const MarkerTrack& track = drawing.tracks[i];
     draw_path(picture, track.position_px, 0, track.position_px.size(), colour_of(i));

@@ -6,7 +6,6 @@
 #include "core/units.hpp"
 
 #include <Eigen/Dense>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -176,7 +175,7 @@ class CameraMotion {
       m_fixed.push_back(&marker);
       m_mean.push_back(mean_position(marker));
     }
-    m_still = chi_square([](std::size_t) { return Homography::Identity(); }, 2.0, scatter_px) <
+    m_still = chi_square([](std::size_t) { return Homography::Identity(); }, 0.0, scatter_px) <
                   kMostChiSquare ||
               scatter_px < kStillCamera_px;
   }
@@ -228,7 +227,7 @@ class CameraMotion {
         seen_here += 2.0;
       }
       count += seen_here;
-      freedom += seen_here > parameters ? seen_here - (parameters > 2.0 ? parameters : 0.0) : 0.0;
+      freedom += std::max(0.0, seen_here - parameters);
     }
     rms_px = count > 0.0 ? std::sqrt(square / count) : 0.0;
     return freedom > 0.0 ? sum / freedom : 0.0;
@@ -304,9 +303,8 @@ Homography mean_map(const std::vector<PlaneMarker>& markers,
     notes.push_back(fmt::format("Scale and turn come from where {} markers settle at the end.",
                                 settled.from.size()));
   } else {
-    const auto& marker = *std::find_if(markers.begin(), markers.end(), [&](const auto& m) {
-      return settled.to[0] == m.rest;
-    });
+    const auto& marker = *std::find_if(
+        markers.begin(), markers.end(), [&](const auto& m) { return settled.to[0] == m.rest; });
     map = map_by_size(marker, settled.from[0]);
     notes.push_back(fmt::format("The scale comes from the size of marker '{}' alone.", marker.id));
   }
@@ -324,9 +322,11 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   PlaneMap result;
   const Homography mean = mean_map(markers, camera, result.notes);
   const std::size_t num_fixed = camera.fixed().size();
-  const Eigen::Matrix2d px_per_m =
-      map_jacobian(mean, map_point(mean.inverse(), markers.front().rest)).inverse();
-  result.mm_per_px = kMillimetresPerMetre / std::sqrt(std::abs(px_per_m.determinant()));
+  Points rests;
+  for (const PlaneMarker& marker : markers) rests.push_back(marker.rest);
+  const Eigen::Vector2d middle_px = map_point(mean.inverse(), mean_of(rests));
+  result.mm_per_px =
+      kMillimetresPerMetre * std::sqrt(std::abs(map_jacobian(mean, middle_px).determinant()));
 
   const auto residual_of = [&](const PointPairs& px) {
     PointPairs plane{px.from, {}};
@@ -351,13 +351,15 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   for (std::size_t n = 0; n < camera.num_frames(); ++n) {
     const PointPairs seen = camera.seen(n);
     const bool own = whole && seen.from.size() >= 4;
-    result.plane_from_px.push_back(
-        mean * (own ? fit_homography(seen) : camera.steady_from_frame(n)));
+    result.plane_from_px.push_back(mean *
+                                   (own ? fit_homography(seen) : camera.steady_from_frame(n)));
   }
   result.notes.push_back(fmt::format(
       "The camera moved (fixed markers scatter by {:.2f} px): its {} is taken out frame by frame.",
       camera.scatter_px,
-      whole ? "homography" : num_fixed >= 2 ? "similarity" : "shift"));
+      whole            ? "homography"
+      : num_fixed >= 2 ? "similarity"
+                       : "shift"));
   if (num_fixed >= 3) {
     result.residual_px = std::hypot(left_px, residual_of({camera.mean(), {}}));
   }

@@ -46,8 +46,8 @@ struct PlaneMarker {
 /// The map picture -> rest plane over a film.
 struct PlaneMap {
   std::vector<Homography> plane_from_px;  ///< one a frame; one alone if the camera stood still [m]
-  double residual_px = 0.0;  ///< rms of the fixed markers about it; 0 with under three [px]
-  double mm_per_px = 0.0;    ///< scale at the markers' rest [mm/px]
+  double residual_px = 0.0;        ///< rms of the fixed markers about it; 0 with under three [px]
+  double mm_per_px = 0.0;          ///< scale in the middle of the markers' rest positions [mm/px]
   std::vector<std::string> notes;  ///< how it was found, one sentence each
 
   [[nodiscard]] const Homography& at(std::size_t frame) const {
@@ -58,17 +58,18 @@ struct PlaneMap {
 /// Finds the map picture -> rest plane from the markers' tracks.
 ///
 /// Four fixed markers or more give a homography, two or three a similarity. With one fixed marker,
-/// or none, scale and turn come from where all markers settle at the end of the film and their known
-/// rest positions, or with a single marker from its size, the picture's axes being the rig's.
+/// or none, scale and turn come from where all markers settle at the end of the film and their
+/// known rest positions, or with a single marker from its size, the picture's axes being the rig's.
 ///
 /// One map serves the whole film if the fixed markers' positions scatter about their means no more
 /// than their sigmas say: an average over all frames is then better than each frame's own. Else the
-/// camera's motion is followed: by a shift (one fixed marker) or a similarity of the picture in each
-/// frame, and by a homography of each frame if a similarity does not explain four markers or more.
+/// camera's motion is followed: by a shift (one fixed marker) or a similarity of the picture in
+/// each frame, and by a homography of each frame if a similarity does not explain four markers or
+/// more.
 ///
 /// @param markers  in the rig's order, at least one
-/// @throws InputError if fixed markers that should span the plane do not, or a fixed marker is never
-/// seen together with the others
+/// @throws InputError if fixed markers that should span the plane do not, or a fixed marker is
+/// never seen together with the others
 [[nodiscard]] PlaneMap map_plane(const std::vector<PlaneMarker>& markers);
 
 /// Where a marker settles: the mean of its last positions under a window that suppresses what is

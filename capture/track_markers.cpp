@@ -21,7 +21,7 @@
 namespace twang {
 namespace {
 
-constexpr double kOverlayFps = 30.0;   // at most: a film to be watched
+constexpr double kOverlayFps = 30.0;     // at most: a film to be watched
 constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
 
 Image copy_of(const LumaFrame& frame) {
@@ -61,7 +61,8 @@ class Tracking {
   void follow(const LumaFrame& frame);
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
-  PlaneMap find_plane() const;
+  [[nodiscard]] std::vector<bool> find_doubled() const;
+  [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
 
   const Rig& m_rig;
@@ -102,8 +103,7 @@ void Tracking::begin() {
           *m_rig.camera, marker.position + kReachOfRelease * *m_rig.release->displacement);
       background.reach_px = (layout.to_px(far) - background.rest_px).norm();
     }
-    m_result.tracks.push_back(
-        {marker.id, {found.placement.position_px}, {found.sigma_px}, 0, ""});
+    m_result.tracks.push_back({marker.id, {found.placement.position_px}, {found.sigma_px}, 0, ""});
     m_size_px.push_back(placed_size_px(found.placement));
     m_followers.emplace_back(*frame, std::move(layout.markers[i]), background);
   }
@@ -124,6 +124,26 @@ void Tracking::follow(const LumaFrame& frame) {
     if (track.frames_lost++ == 0) track.lost_because = sample.lost_because;
   }
   note_frame(frame);
+}
+
+/// By the pictures, and in slow motion, which these do not show clearly, by the markers: some stand
+/// where they should have moved, and none moved.
+std::vector<bool> Tracking::find_doubled() const {
+  auto [doubled, changed] = m_doubled.decide();
+  std::vector<int> stand(doubled.size(), 0);
+  std::vector<int> move(doubled.size(), 0);
+  for (const MarkerTrack& track : m_result.tracks) {
+    const std::vector<int> verdict =
+        detail::stands_against_motion(track.position_px, track.sigma_px);
+    for (std::size_t n = 0; n < verdict.size(); ++n) {
+      stand[n] += verdict[n] > 0 ? 1 : 0;
+      move[n] += verdict[n] < 0 ? 1 : 0;
+    }
+  }
+  for (std::size_t n = 0; n < doubled.size(); ++n) {
+    if (stand[n] > 0 && move[n] == 0 && !changed[n]) doubled[n] = true;
+  }
+  return doubled;
 }
 
 PlaneMap Tracking::find_plane() const {
@@ -149,12 +169,11 @@ PlaneMap Tracking::find_plane() const {
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
   const TimeBaseSummary& time = m_result.time_base;
-  m_result.notes.push_back(
-      fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
-                  num_frames,
-                  time.capture_fps,
-                  time.source,
-                  time.file_fps));
+  m_result.notes.push_back(fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
+                                       num_frames,
+                                       time.capture_fps,
+                                       time.source,
+                                       time.file_fps));
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
@@ -179,12 +198,12 @@ TrackResult Tracking::finish() {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
-  const std::vector<bool> doubled = m_doubled.decide();
+  const std::vector<bool> doubled = find_doubled();
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
   const PlaneMap map = find_plane();
-  m_result.trace = detail::trace_of_tracks(
-      m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
+  m_result.trace =
+      detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
   m_result.mm_per_px = map.mm_per_px;
   m_result.plane_residual_px = map.residual_px;
   m_result.notes = map.notes;

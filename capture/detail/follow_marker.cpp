@@ -14,22 +14,25 @@
 namespace twang::detail {
 namespace {
 
-constexpr std::size_t kMemory = 12;  // positions behind a forecast
-constexpr double kForget = 0.2;      // weight of the newest in running means
-constexpr double kCapture = 0.3;     // alignment is trusted to converge from so far, in sizes
+constexpr std::size_t kMemory = 12;       // positions behind a forecast
+constexpr double kForget = 0.2;           // weight of the newest in running means
+constexpr double kCapture = 0.3;          // alignment is trusted to converge from so far, in sizes
 constexpr double kLeastScoreDrop = 0.08;  // below the usual score that is allowed at any rate
 constexpr double kScoreDropRatio = 3.0;   // and as a multiple of what the usual one lacks of 1
 constexpr double kLeastScore = 0.5;
 constexpr double kContrastRange = 2.0;  // factor about the usual contrast, either way
 constexpr double kMostSigma_px = 0.5;
+// A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
+// motion), which no residual within the marker shows.
+constexpr double kSigmaOfCoding_px = 0.015;
 constexpr double kMostTurn_rad = 25.0 * kRadiansPerDegree;  // between frames
-constexpr double kApart = 0.5;          // of two markers' centres, in sizes
-constexpr double kReachSlack = 1.05;    // a free vibration does not grow
+constexpr double kApart = 0.5;                              // of two markers' centres, in sizes
+constexpr double kReachSlack = 1.05;                        // a free vibration does not grow
 constexpr double kReachSlackSizes = 0.3;
-constexpr double kWidestGate = 4.0;     // in sizes
+constexpr double kWidestGate = 4.0;  // in sizes
 constexpr double kLeastCorrelation = 0.45;
-constexpr double kLookAlike = 0.75;     // correlation of a thing that could be taken for the marker
-constexpr double kLookAround = 6.0;     // for such things, in sizes
+constexpr double kLookAlike = 0.75;  // correlation of a thing that could be taken for the marker
+constexpr double kLookAround = 6.0;  // for such things, in sizes
 constexpr double kVisibleBlur_px = 0.8;
 constexpr int kEnoughBlurs = 10;
 
@@ -59,8 +62,7 @@ MarkerFollower::MarkerFollower(const LumaFrame& first,
       m_typical_score(fitted.alignment.score),
       m_typical_contrast(fitted.alignment.contrast) {
   const Eigen::Vector2d& at = fitted.alignment.placement.position_px;
-  m_half_way_px =
-      0.5 * nearest_look_alike(first, m_marker, m_px_from_pattern, at, m_size_px);
+  m_half_way_px = 0.5 * nearest_look_alike(first, m_marker, m_px_from_pattern, at, m_size_px);
   m_recent.push_back(at);
   m_predicted = at;
   m_forecasts = {at, at};
@@ -242,7 +244,7 @@ MarkerSample MarkerFollower::follow(const LumaFrame& frame,
     return {Eigen::Vector2d::Constant(kNaN), kNaN, why};
   }
   accept(*found);
-  return {found->placement.position_px, found->sigma_px, ""};
+  return {found->placement.position_px, std::hypot(found->sigma_px, kSigmaOfCoding_px), ""};
 }
 
 }  // namespace twang::detail

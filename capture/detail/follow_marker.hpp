@@ -28,11 +28,11 @@ struct MarkerBackground {
 
 /// Follows one marker from frame to frame.
 ///
-/// Its place is predicted by constant velocity or as a free vibration about rest, whichever has done
-/// better of late, and found by alignment. Where that fails it is sought by correlation, within the
-/// reach it has shown about its rest, and beyond within a gate about its last place, no wider than
-/// half way to the nearest thing that looks alike. A place counts only if
-/// score, contrast and turn are the marker's own; if several places look alike and none is where the
+/// Its place is predicted by constant velocity or as a free vibration about rest, whichever has
+/// done better of late, and found by alignment. Where that fails it is sought by correlation,
+/// within the reach it has shown about its rest, and beyond within a gate about its last place, no
+/// wider than half way to the nearest thing that looks alike. A place counts only if score,
+/// contrast and turn are the marker's own; if several places look alike and none is where the
 /// prediction is, it is lost rather than guessed.
 class MarkerFollower {
  public:
@@ -64,7 +64,7 @@ class MarkerFollower {
   Eigen::Matrix2d m_px_from_pattern;
   MarkerBackground m_background;
   double m_size_px;
-  double m_half_way_px;       // to the nearest thing that looks alike
+  double m_half_way_px;  // to the nearest thing that looks alike
   double m_typical_score;
   double m_typical_contrast;
   double m_blur_ratio = 0.5;  // length of the motion blur over the motion from frame to frame

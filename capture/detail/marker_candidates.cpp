@@ -6,7 +6,6 @@
 #include "core/units.hpp"
 
 #include <Eigen/SVD>
-
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -124,11 +123,11 @@ std::optional<MarkerCandidate> align_guess(const LumaFrame& frame,
   options.farthest_px = 0.5 * guess.size_px + 1.0;
   std::optional<MarkerCandidate> best;
   for (const double turn_deg : {0.0, -16.0, 16.0}) {
-    const MarkerAlignment found = align_marker(
-        frame,
-        marker,
-        upright_marker(guess.centre_px, guess.size_px, turn_deg * kRadiansPerDegree),
-        options);
+    const MarkerAlignment found =
+        align_marker(frame,
+                     marker,
+                     upright_marker(guess.centre_px, guess.size_px, turn_deg * kRadiansPerDegree),
+                     options);
     if (plausible(found, guess) && (!best || found.score > best->score)) {
       best = {kind, found.placement, placed_size_px(found.placement), found.score};
     }
@@ -149,9 +148,9 @@ const MarkerTemplate& TemplateStore::get(MarkerKind kind, double size_px) {
   const auto key = std::pair(kind, step);
   auto place = m_templates.find(key);
   if (place == m_templates.end()) {
-    place = m_templates
-                .emplace(key, MarkerTemplate(kind, std::pow(kSizeStep, step), kTemplateBlur_px))
-                .first;
+    place =
+        m_templates.emplace(key, MarkerTemplate(kind, std::pow(kSizeStep, step), kTemplateBlur_px))
+            .first;
   }
   return place->second;
 }
@@ -190,9 +189,8 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
   std::vector<MarkerCandidate> best;
   for (const MarkerCandidate& candidate : found) {
-    const bool taken = std::any_of(best.begin(), best.end(), [&](const auto& other) {
-      return same_place(candidate, other);
-    });
+    const bool taken = std::any_of(
+        best.begin(), best.end(), [&](const auto& other) { return same_place(candidate, other); });
     if (!taken) best.push_back(candidate);
   }
   return best;

@@ -62,7 +62,7 @@ class Search {
   const std::vector<LayoutMarker>& m_markers;
   const std::vector<MarkerCandidate>& m_candidates;
   double m_most_turn;
-  double m_extent = 0.0;  // of the layout [m]
+  double m_extent = 0.0;               // of the layout [m]
   std::vector<Constellation> m_found;  // distinct, best first
 };
 
@@ -78,8 +78,8 @@ double Search::deviation(const LayoutMarker& marker,
   const MarkerCandidate& c = m_candidates[static_cast<std::size_t>(candidate)];
   const double px_per_m = std::abs(map.scale);
   const Complex rest = map.scale * complex(marker.rest) + map.shift;
-  const double beside =
-      distance_to_segment(complex(c.placement.position_px), rest, map.scale * complex(marker.reach));
+  const double beside = distance_to_segment(
+      complex(c.placement.position_px), rest, map.scale * complex(marker.reach));
   const double sigma = px_per_m * std::hypot(kSigmaPlace * m_extent, marker.loose);
   const double size = std::log(c.size_px / (marker.size_m * px_per_m)) / kSigmaSize;
   const double score = (1.0 - c.score) / kSigmaScore;

@@ -2,7 +2,6 @@
 #include "capture/detail/search_marker.hpp"
 
 #include <Eigen/LU>
-
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -55,8 +54,7 @@ std::vector<MarkerPeak> search_marker(const LumaFrame& frame,
   cv::Mat match;
   cv::matchTemplate(area, drawn, match, cv::TM_CCOEFF_NORMED);
 
-  const double apart =
-      std::max(1.0, kApart * std::sqrt(std::abs(px_from_pattern.determinant())));
+  const double apart = std::max(1.0, kApart * std::sqrt(std::abs(px_from_pattern.determinant())));
   std::vector<MarkerPeak> peaks;
   while (peaks.size() < kMostPeaks) {
     double best = 0.0;

@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-namespace twang {
+namespace twang::test {
 
 /// A marker painted into a picture of its own by brute force: every pixel is the mean of many
 /// samples of the sharp pattern. Shares only `pattern_value` with what it tests.
@@ -23,14 +23,16 @@ struct PaintedMarker {
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< during the exposure
   double paper_sizes = 1.5;                             ///< side of the paper square
   double ink = 25.0, paper = 225.0, background = 90.0;  ///< grey levels
-  double shading = 0.0;   ///< relative slope of the paper's brightness, per marker size
-  double blur_px = 0.0;   ///< Gaussian defocus, by sampling its kernel
-  double noise = 0.0;     ///< standard deviation [grey levels]
+  double shading = 0.0;  ///< relative slope of the paper's brightness, per marker size
+  double blur_px = 0.0;  ///< Gaussian defocus, by sampling its kernel
+  double noise = 0.0;    ///< standard deviation [grey levels]
 };
 
 /// Grey level of the sharp scene at an offset from the marker's centre [px].
-inline double sharp_grey(const PaintedMarker& m, const Eigen::Vector2d& offset) {
-  const Eigen::Vector2d uv = m.px_from_pattern.inverse() * offset;
+inline double sharp_grey(const PaintedMarker& m,
+                         const Eigen::Matrix2d& pattern_from_px,
+                         const Eigen::Vector2d& offset) {
+  const Eigen::Vector2d uv = pattern_from_px * offset;
   if (uv.cwiseAbs().maxCoeff() > 0.5 * m.paper_sizes) {
     return offset.x() > 0.0 ? m.background : 0.5 * m.background;  // an uneven background
   }
@@ -39,14 +41,15 @@ inline double sharp_grey(const PaintedMarker& m, const Eigen::Vector2d& offset) 
 }
 
 inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed) {
-  constexpr int kAcross = 12;    // samples along a pixel's side
-  constexpr int kKernel = 5;     // samples of the defocus, along each axis
+  constexpr int kAcross = 8;  // samples along a pixel's side
+  constexpr int kKernel = 5;  // samples of the defocus, along each axis
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, m.noise);
   // Midpoints of equal parts of a Gaussian's area.
   const double parts[kKernel] = {-1.2816, -0.5244, 0.0, 0.5244, 1.2816};
   double variance = 0.0;
   for (const double part : parts) variance += part * part / kKernel;
+  const Eigen::Matrix2d pattern_from_px = m.px_from_pattern.inverse();
   const int kernel = m.blur_px > 0.0 ? kKernel : 1;
   const int steps = 1 + static_cast<int>(std::ceil(2.0 * m.motion_px.norm()));
   Image image{width, height, 1, {}};
@@ -65,7 +68,8 @@ inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed)
                        Eigen::Vector2d(parts[k % kKernel], parts[k / kKernel]);
           }
           for (int i = 0; i < steps; ++i) {
-            sum += sharp_grey(m, blurred - ((i + 0.5) / steps - 0.5) * m.motion_px);
+            sum +=
+                sharp_grey(m, pattern_from_px, blurred - ((i + 0.5) / steps - 0.5) * m.motion_px);
             count += 1.0;
           }
         }
@@ -88,4 +92,4 @@ inline Image with_noise(const Image& clean, double sigma, unsigned seed) {
   return noisy;
 }
 
-}  // namespace twang
+}  // namespace twang::test

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/plane_map.hpp"
+
+#include "core/constants.hpp"
+#include "core/error.hpp"
+#include "tests/support/expect_refusal.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <vector>
+
+namespace twang::test {
+namespace {
+
+using Points = std::vector<Eigen::Vector2d>;
+
+const Points kBench_m = {{-7e-3, -22e-3}, {87e-3, -25e-3}, {82e-3, 21e-3}, {-9e-3, 19e-3}};
+
+/// Picture from plane: 6 px/mm, turned, shifted and seen at a slant.
+Homography px_from_plane() {
+  Homography map;
+  map << 5900.0, 500.0, 90.0, -450.0, 6100.0, 160.0, 0.9, -0.4, 1.0;
+  return map;
+}
+
+PointPairs pairs_of(const Homography& map, const Points& points) {
+  PointPairs pairs{points, {}};
+  for (const auto& point : points) pairs.to.push_back(map_point(map, point));
+  return pairs;
+}
+
+TEST(Homography, IsRecoveredFromFourPoints) {
+  const PointPairs pairs = pairs_of(px_from_plane(), kBench_m);
+  const Homography found = fit_homography(pairs);
+  for (const Eigen::Vector2d& other : {Eigen::Vector2d(0.04, 0.0), {0.1, -0.05}}) {
+    // Round-off of the decomposition.
+    EXPECT_LT((map_point(found, other) - map_point(px_from_plane(), other)).norm(), 1e-8);
+  }
+}
+
+TEST(Homography, MinimisesTheDistancesOfManyPoints) {
+  Points points = kBench_m;
+  for (int i = 0; i < 5; ++i) points.emplace_back(0.02 * i, 0.01 * (i % 3) - 0.01);
+  PointPairs pairs = pairs_of(px_from_plane(), points);
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  for (auto& point : pairs.to) point += Eigen::Vector2d(noise(random), noise(random));
+  const auto cost = [&](const Homography& map) {
+    double square = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      square += (map_point(map, pairs.from[i]) - pairs.to[i]).squaredNorm();
+    }
+    return square;
+  };
+  const Homography best = fit_homography(pairs);
+  // The least squares: any small change of any of the eight entries costs.
+  for (int k = 0; k < 8; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      Homography other = best;
+      other(k / 3, k % 3) += sign * 1e-4 * std::max(1.0, std::abs(best(k / 3, k % 3)));
+      EXPECT_GT(cost(other), cost(best)) << k;
+    }
+  }
+}
+
+TEST(Homography, RefusesPointsOnALine) {
+  PointPairs pairs;
+  for (int i = 0; i < 5; ++i) {
+    pairs.from.emplace_back(0.01 * i, 0.02 * i);
+    pairs.to.emplace_back(10.0 * i, 20.0 * i);
+  }
+  EXPECT_TRUE(holds(refusal_of([&] { static_cast<void>(fit_homography(pairs)); }), "on a line"));
+}
+
+TEST(Homography, JacobianIsTheDerivative) {
+  const Eigen::Vector2d at(0.03, -0.01);
+  const double step = 1e-6;
+  const Eigen::Matrix2d jacobian = map_jacobian(px_from_plane(), at);
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::Vector2d way = step * Eigen::Vector2d::Unit(k);
+    const Eigen::Vector2d slope =
+        (map_point(px_from_plane(), at + way) - map_point(px_from_plane(), at - way)) / (2 * step);
+    EXPECT_LT((slope - jacobian.col(k)).norm(), 1e-5 * jacobian.norm());  // central differences
+  }
+}
+
+TEST(Similarity, IsRecoveredAndNeverReflects) {
+  Homography map = Homography::Identity();
+  map.topLeftCorner<2, 2>() = 6000.0 * Eigen::Rotation2Dd(0.2).toRotationMatrix();
+  map.topRightCorner<2, 1>() << 100.0, 50.0;
+  const Homography found = fit_similarity_map(pairs_of(map, {kBench_m[0], kBench_m[2]}));
+  EXPECT_LT((found - map).norm(), 1e-9 * map.norm());
+  const PointPairs mirrored{kBench_m, {{7, -22}, {-87, -25}, {-82, 21}, {9, 19}}};
+  EXPECT_GT((fit_similarity_map(mirrored).topLeftCorner<2, 2>().determinant()), 0.0);
+}
+
+/// Fixed markers and a moving one seen for a while by a camera that may shake.
+class Film {
+ public:
+  explicit Film(const Points& fixed_m, double sigma_px, bool with_tip = true) {
+    for (const auto& place : fixed_m) add(place, true, sigma_px);
+    if (with_tip) add({76e-3, -1e-3}, false, sigma_px);
+  }
+
+  PlaneMap map(const std::function<Homography(int)>& camera_at) {
+    constexpr int kFrames = 200;
+    std::mt19937 random(3);
+    for (std::size_t i = 0; i < m_markers.size(); ++i) {
+      std::normal_distribution<double> noise(0.0, m_markers[i].sigma_px);
+      Track& track = m_markers[i];
+      for (int n = 0; n < kFrames; ++n) {
+        const double swing = track.fixed ? 0.0 : 3e-3 * std::exp(-n / 30.0) * std::cos(0.9 * n);
+        const Eigen::Vector2d place = track.rest + Eigen::Vector2d(0.0, swing);
+        track.position_px.push_back(map_point(camera_at(n), place) +
+                                    Eigen::Vector2d(noise(random), noise(random)));
+        track.sigma.push_back(track.sigma_px);
+      }
+    }
+    std::vector<PlaneMarker> seen;
+    for (const Track& track : m_markers) {
+      seen.push_back({"m", track.fixed, track.rest, 5e-3, 30.0, &track.position_px, &track.sigma});
+    }
+    return map_plane(seen);
+  }
+
+ private:
+  struct Track {
+    Eigen::Vector2d rest;
+    bool fixed;
+    double sigma_px;
+    Points position_px;
+    std::vector<double> sigma;
+  };
+  void add(const Eigen::Vector2d& rest, bool fixed, double sigma_px) {
+    m_markers.push_back({rest, fixed, sigma_px, {}, {}});
+  }
+  std::vector<Track> m_markers;
+};
+
+Homography steady(int) { return px_from_plane(); }
+
+Homography shaken(int frame) {
+  const double t = 0.05 * frame;
+  Homography shake = Homography::Identity();
+  shake.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(0.004 * std::sin(1.3 * t)).toRotationMatrix();
+  shake.topRightCorner<2, 1>() << 2.0 * std::sin(t), 1.5 * std::cos(1.7 * t);
+  return shake * px_from_plane();
+}
+
+/// Largest error of the map at a place, over the film [m].
+double largest_error(const PlaneMap& map,
+                     const std::function<Homography(int)>& camera_at,
+                     const Eigen::Vector2d& place) {
+  double largest = 0.0;
+  for (int n = 0; n < 200; ++n) {
+    const Eigen::Vector2d px = map_point(camera_at(n), place);
+    largest =
+        std::max(largest, (map_point(map.at(static_cast<std::size_t>(n)), px) - place).norm());
+  }
+  return largest;
+}
+
+const Eigen::Vector2d kTip_m(76e-3, -1e-3);
+constexpr double kSigma_px = 0.02;
+
+TEST(PlaneMap, SteadyCameraGetsOneMapForAllFrames) {
+  const PlaneMap map = Film(kBench_m, kSigma_px).map(steady);
+  EXPECT_EQ(map.plane_from_px.size(), 1U);
+  // 0.02 px over sqrt(200) frames, at 6 px/mm: a quarter of a micrometre; times four.
+  EXPECT_LT(largest_error(map, steady, kTip_m), 1e-6);
+}
+
+TEST(PlaneMap, ShakingCameraIsFollowedFrameByFrame) {
+  const PlaneMap map = Film(kBench_m, kSigma_px).map(shaken);
+  EXPECT_EQ(map.plane_from_px.size(), 200U);
+  // A frame's own 0.02 px, about four sigmas.
+  EXPECT_LT(largest_error(map, shaken, kTip_m), 15e-6);
+}
+
+TEST(PlaneMap, CameraThatSwingsSidewaysIsFollowedByHomographies) {
+  const auto swinging = [](int n) {
+    Homography map = px_from_plane();
+    map(2, 0) += 0.3 * std::sin(0.05 * n);
+    return map;
+  };
+  const PlaneMap map = Film(kBench_m, kSigma_px).map(swinging);
+  EXPECT_LT(largest_error(map, swinging, kTip_m), 20e-6);
+}
+
+TEST(PlaneMap, TwoFixedMarkersFollowAShakingCamera) {
+  const auto flat = [](int n) {
+    Homography map = shaken(n) * px_from_plane().inverse();
+    Homography similar = Homography::Identity();
+    similar.topLeftCorner<2, 2>() *= 6000.0;
+    return Homography(map * similar);
+  };
+  const PlaneMap map = Film({kBench_m[0], kBench_m[2]}, kSigma_px).map(flat);
+  EXPECT_LT(largest_error(map, flat, kTip_m), 20e-6);
+}
+
+TEST(PlaneMap, OneFixedMarkerTakesTheShiftOut) {
+  const auto shifting = [](int n) {
+    Homography map = Homography::Identity();
+    map.topLeftCorner<2, 2>() *= 6000.0;
+    map.topRightCorner<2, 1>() << 2.0 * std::sin(0.05 * n), 1.5 * std::cos(0.08 * n);
+    return map;
+  };
+  const PlaneMap map = Film({kBench_m[0]}, kSigma_px).map(shifting);
+  // The scale is from where the tip settles: what is left of its swing there, over the base.
+  EXPECT_LT(largest_error(map, shifting, kTip_m), 40e-6);
+  EXPECT_NEAR(map.mm_per_px, 1.0 / 6.0, 1e-3);
+}
+
+TEST(PlaneMap, WithoutFixedMarkersTheSettledOnesGiveIt) {
+  const auto flat = [](int) {
+    Homography map = Homography::Identity();
+    map.topLeftCorner<2, 2>() = 6000.0 * Eigen::Rotation2Dd(0.1).toRotationMatrix();
+    return map;
+  };
+  const PlaneMap alone = Film({}, kSigma_px).map(flat);
+  EXPECT_NEAR(alone.mm_per_px, 5.0 / 30.0, 1e-12);  // the marker's size in mm over its size in px
+  EXPECT_EQ(alone.plane_from_px.size(), 1U);
+}
+
+TEST(PlaneMap, ResidualIsTheRmsOfTheFixedMarkers) {
+  Points misplaced = kBench_m;
+  misplaced.emplace_back(40e-3, 0.0);
+  misplaced.emplace_back(60e-3, -10e-3);
+  EXPECT_LT(Film(misplaced, kSigma_px).map(steady).residual_px, 0.01);
+}
+
+TEST(SettledPosition, SuppressesWhatIsLeftOfTheVibration) {
+  Points positions;
+  for (int n = 0; n < 300; ++n) positions.emplace_back(7.0 + std::cos(0.8 * n), 3.0);
+  // 90 frames under a Hann window: eleven periods, side lobes under 1e-3.
+  EXPECT_NEAR(settled_position(positions).x(), 7.0, 1e-3);
+  EXPECT_NEAR(settled_position(positions).y(), 3.0, 1e-12);
+  positions.assign(20, Eigen::Vector2d::Constant(kNaN));
+  EXPECT_FALSE(settled_position(positions).allFinite());
+}
+
+}  // namespace
+}  // namespace twang::test
