@@ -83,9 +83,9 @@ namespace twang::test {
 [[nodiscard]] inline std::vector<double> run_calculix(const std::string& deck,
                                                       const std::filesystem::path& folder) {
   std::ofstream(folder / "job.inp") << deck;
-  const std::string command = fmt::format(
-      "cd '{}' && OMP_NUM_THREADS=1 CCX_NPROC_EQUATION_SOLVER=1 ccx job > job.log 2>&1",
-      folder.string());
+  const std::string command =
+      fmt::format("cd '{}' && OMP_NUM_THREADS=1 CCX_NPROC_EQUATION_SOLVER=1 ccx job > job.log 2>&1",
+                  folder.string());
   if (std::system(command.c_str()) != 0) return {};
   return calculix_frequencies(folder / "job.dat");
 }
