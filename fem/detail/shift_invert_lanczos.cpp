@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/shift_invert_lanczos.hpp"
 
+#include "fem/detail/thread_limits.hpp"
+
 #include <arpack/arpack.h>
 #include <fmt/format.h>
 
@@ -94,22 +96,25 @@ struct Workspace {
 void iterate(Workspace& work, const DeflatedProblem& problem, int count, double tolerance) {
   int request = 0;
   for (;;) {
-    dsaupd_c(&request,
-             "G",
-             work.size,
-             "LM",
-             count,
-             tolerance,
-             work.residual.data(),
-             work.num_vectors,
-             work.basis.data(),
-             work.size,
-             work.iparam.data(),
-             work.ipntr.data(),
-             work.workd.data(),
-             work.workl.data(),
-             static_cast<int>(work.workl.size()),
-             &work.info);
+    {
+      const ThreadLimits limits(true);  // vectors alone: memory sets the pace
+      dsaupd_c(&request,
+               "G",
+               work.size,
+               "LM",
+               count,
+               tolerance,
+               work.residual.data(),
+               work.num_vectors,
+               work.basis.data(),
+               work.size,
+               work.iparam.data(),
+               work.ipntr.data(),
+               work.workd.data(),
+               work.workl.data(),
+               static_cast<int>(work.workl.size()),
+               &work.info);
+    }
     if (request == -1) {
       work.slot(1) = problem.apply_solver(problem.apply_mass(work.slot(0)));
     } else if (request == 1) {
@@ -149,6 +154,7 @@ LanczosResult run_lanczos(const DeflatedProblem& problem, int count, double tole
   Eigen::MatrixXd vectors(problem.size(), count);
   const std::vector<int> select(static_cast<std::size_t>(work.num_vectors), 1);
   int info = 0;
+  const ThreadLimits limits(true);
   dseupd_c(1,
            "A",
            select.data(),
