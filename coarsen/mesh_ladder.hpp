@@ -24,7 +24,7 @@ struct MeshRung {
 struct LadderOptions {
   std::optional<double> start_dx_m;  ///< absent: the smallest edge of the rig's solids, halved
                                      ///< until every solid and clamp is caught [m]
-  double convergent_change = 0.01;  ///< frequencies change by less on halving dx: convergent [-]
+  double convergent_change = 0.01;   ///< frequencies change by less on halving dx: convergent [-]
   double accurate_change = 0.05;  ///< frequencies within this of the convergent mesh: accurate [-]
   double shape_tolerance = 0.05;  ///< mode distance up to which a coarser mesh is taken [-]
   int num_modes = 4;              ///< dominant modes whose shapes must agree

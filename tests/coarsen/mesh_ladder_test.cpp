@@ -24,7 +24,7 @@ Rig stub() { return test::beam(mm(40, 10, 5), 0.3, 1000.0); }
 
 LadderOptions small_ladder() {
   LadderOptions options;
-  options.max_dofs = 8000;
+  options.max_dofs = 4000;
   options.num_frequencies = 6;
   return options;
 }
