@@ -139,7 +139,7 @@ bool StepNewton::Impl::iterate(
   const auto precondition = [this](const Eigen::VectorXd& r) { return factor.apply(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
-      factor.follow(trial.u);
+      if (!fresh) factor.follow(trial.u);
       trial.preconditioned = factor.apply(trial.residual);
     }
     const auto jacobian = [&](const Eigen::VectorXd& w) { return damped.step_product(at, w); };
