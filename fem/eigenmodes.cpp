@@ -34,9 +34,14 @@ constexpr unsigned kStartSeed = 20170729;
 /// The free part of an eigenvalue problem.
 struct FreeProblem {
   FreeDofs free;
-  SparseMatrix M;
+  const SparseMatrix& full_mass;
   Eigen::MatrixXd rigid;  ///< exact rigid modes, M-orthonormal, (free x 0..6)
   int num_rigid = 0;      ///< that the held nodes permit
+
+  /// M x; the whole mass matrix is used, to spare the memory of its free part.
+  [[nodiscard]] Eigen::VectorXd apply_mass(const Eigen::VectorXd& x) const {
+    return free.restrict_vector(full_mass * free.expand_vector(x));
+  }
 };
 
 SparseMatrix shifted_stiffness(const ElasticBody& body,
@@ -68,9 +73,15 @@ double estimate_first_lambda(const ElasticBody& body) {
   return std::pow(beta_l, 4) / 12.0 * wave_speed2 * std::pow(thickness, 2) / std::pow(length, 4);
 }
 
+Eigen::MatrixXd apply_mass(const FreeProblem& problem, const Eigen::MatrixXd& X) {
+  Eigen::MatrixXd MX(X.rows(), X.cols());
+  for (int k = 0; k < X.cols(); ++k) MX.col(k) = problem.apply_mass(X.col(k));
+  return MX;
+}
+
 /// Makes the columns of R M-orthonormal.
-Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& R, const SparseMatrix& M) {
-  const Eigen::MatrixXd gram = R.transpose() * (M * R);
+Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& R, const FreeProblem& problem) {
+  const Eigen::MatrixXd gram = R.transpose() * apply_mass(problem, R);
   const Eigen::LLT<Eigen::MatrixXd> llt(gram);
   return llt.matrixU().solve<Eigen::OnTheRight>(R);
 }
@@ -78,8 +89,7 @@ Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& R, const SparseMatrix& M)
 FreeProblem make_free_problem(const ElasticBody& body,
                               const std::vector<int>& held_nodes,
                               const Eigen::VectorXd& u) {
-  FreeProblem problem{FreeDofs(body.mesh().num_nodes(), held_nodes), {}, {}, 0};
-  problem.M = problem.free.restrict_matrix(body.mass());
+  FreeProblem problem{FreeDofs(body.mesh().num_nodes(), held_nodes), body.mass(), {}, 0};
   problem.rigid.resize(problem.free.size(), 0);
   const Eigen::MatrixXd motions = rigid_motions(body.mesh(), held_nodes, u);
   problem.num_rigid = static_cast<int>(motions.cols());
@@ -87,7 +97,7 @@ FreeProblem make_free_problem(const ElasticBody& body,
 
   const SparseMatrix K = shifted_stiffness(body, problem.free, u, 0.0);
   const Eigen::MatrixXd R =
-      orthonormalized(motions(problem.free.full_from_free(), Eigen::all), problem.M);
+      orthonormalized(motions(problem.free.full_from_free(), Eigen::all), problem);
   const double residual = (K * R).norm();
   const double scale = (Eigen::VectorXd(K.diagonal()).asDiagonal() * R).norm();
   // Under stress away from equilibrium a rotation is not a mode; then nothing is presumed.
@@ -116,10 +126,9 @@ LanczosResult solve_dense(const SparseMatrix& K, const SparseMatrix& M, int coun
   return result;
 }
 
-/// K - sigma M, factorized.
+/// The factor of K - sigma M.
 struct ShiftedFactor {
   double sigma = 0.0;
-  SparseMatrix A;
   std::unique_ptr<LinearSolver> solver = make_cholesky_solver();
   SolveStatus status = SolveStatus::NotFactorized;
 };
@@ -136,16 +145,17 @@ ShiftedFactor factorize_shifted(const ElasticBody& body,
       if (next_shift == 0.0) {
         next_shift = estimate_first_lambda(body);
         const SparseMatrix K = shifted_stiffness(body, problem.free, u, 0.0);
-        const Eigen::VectorXd ratio = K.diagonal().cwiseQuotient(problem.M.diagonal());
+        const Eigen::VectorXd ratio =
+            K.diagonal().cwiseQuotient(problem.free.restrict_vector(body.mass().diagonal()));
         next_shift = std::max(next_shift, kMinShift * ratio.maxCoeff());
       }
       factor.sigma = -next_shift;
       next_shift *= 10.0;
     }
-    factor.A = shifted_stiffness(body, problem.free, u, factor.sigma);
-    if (trial == 0) factor.status = factor.solver->analyze(factor.A);
+    const SparseMatrix A = shifted_stiffness(body, problem.free, u, factor.sigma);
+    if (trial == 0) factor.status = factor.solver->analyze(A);
     if (trial > 0 || factor.status == SolveStatus::Ok) {
-      factor.status = factor.solver->factorize(factor.A);
+      factor.status = factor.solver->factorize(A);
     }
     if (factor.status != SolveStatus::NotPositiveDefinite) break;
   }
@@ -174,12 +184,12 @@ LanczosResult solve_sparse(const ElasticBody& body,
     failure.message = factor_failure(factor.status);
     return failure;
   }
-  const Eigen::MatrixXd MR = problem.M * problem.rigid;
+  const Eigen::MatrixXd MR = apply_mass(problem, problem.rigid);
   int num_solves = 0;
   ShiftedProblem shifted;
   shifted.size = problem.free.size();
   shifted.sigma = factor.sigma;
-  shifted.apply_mass = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return problem.M * x; };
+  shifted.apply_mass = [&](const Eigen::VectorXd& x) { return problem.apply_mass(x); };
   shifted.apply_solver = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
     report_progress(options.progress,
                     {"finding eigenmodes", static_cast<double>(++num_solves), 0.0});
@@ -214,7 +224,7 @@ double largest_residual(const ElasticBody& body,
     if (lambda == 0.0) continue;
     const Eigen::VectorXd shape = modes.shapes.col(k);
     const Eigen::VectorXd K_phi = problem.free.restrict_vector(body.stiffness_product(u, shape));
-    const Eigen::VectorXd M_phi = problem.M * problem.free.restrict_vector(shape);
+    const Eigen::VectorXd M_phi = problem.free.restrict_vector(body.mass() * shape);
     largest = std::max(largest, (K_phi - lambda * M_phi).norm() / K_phi.norm());
   }
   return largest;
@@ -258,7 +268,9 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
   found.message = fmt::format("{} rigid modes", num_presumed);
   found.vectors.resize(size, 0);
   if (dense) {
-    found = solve_dense(shifted_stiffness(body, problem.free, u, 0.0), problem.M, num_sought);
+    found = solve_dense(shifted_stiffness(body, problem.free, u, 0.0),
+                        problem.free.restrict_matrix(body.mass()),
+                        num_sought);
   } else if (num_sought > 0) {
     found = solve_sparse(body, problem, u, num_sought, options);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/hex_mesh.hpp"
 
+#include "core/constants.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -40,11 +41,6 @@ double shortest_edge(const HexMesh& mesh) {
   return shortest;
 }
 
-bool within(const Box& box, const Eigen::Vector3d& x, double margin) {
-  return (x.array() >= box.min.array() - margin).all() &&
-         (x.array() <= box.max.array() + margin).all();
-}
-
 }  // namespace
 
 double HexMesh::volume() const {
@@ -69,7 +65,7 @@ std::vector<int> clamped_nodes(const HexMesh& mesh, const Rig& rig) {
   for (std::size_t c = 0; c < rig.clamps.size(); ++c) {
     bool any = false;
     for (int n = 0; n < mesh.num_nodes(); ++n) {
-      if (!within(rig.clamps[c], mesh.nodes.col(n), margin)) continue;
+      if (!rig.clamps[c].contains(mesh.nodes.col(n), margin)) continue;
       held[static_cast<std::size_t>(n)] = 1;
       any = true;
     }

@@ -21,11 +21,7 @@ constexpr int kMaxHalvings = 6;
 using Kind = VoxelFault::Kind;
 
 double trial_cells(const Rig& rig, double dx_m) {
-  Box bounds = bounds_of(rig.parts.front());
-  for (const PartSolid& solid : rig.parts) {
-    const Box box = bounds_of(solid);
-    bounds = {bounds.min.cwiseMin(box.min), bounds.max.cwiseMax(box.max)};
-  }
+  const Box bounds = rig.bounding_box();
   double cells = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     cells *= cells_along(bounds.max[axis] - bounds.min[axis], dx_m);

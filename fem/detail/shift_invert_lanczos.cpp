@@ -15,6 +15,8 @@ namespace {
 
 constexpr int kMaxRestarts = 300;
 constexpr int kShiftInvertMode = 3;
+/// Basis vectors beyond the modes wanted; more or fewer cost more solves.
+constexpr int kSpareVectors = 8;
 
 /// ARPACK keeps its state in variables of its own: one iteration at a time.
 std::mutex& arpack_mutex() {
@@ -26,7 +28,7 @@ std::mutex& arpack_mutex() {
 struct Workspace {
   Workspace(int n, int count, Eigen::VectorXd start)
       : size(n),
-        num_vectors(std::min(n, std::max(2 * count + 10, 30))),
+        num_vectors(std::min(n, count + std::max(kSpareVectors, count / 2))),
         residual(std::move(start)),
         basis(n, num_vectors),
         workd(3 * static_cast<Eigen::Index>(n)),

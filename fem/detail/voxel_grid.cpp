@@ -18,27 +18,6 @@ constexpr double kCentreNudge = 1e-6;
 /// Keeps round(length / dx) from falling to the side of round-off at exact halves [cells].
 constexpr double kRoundingNudge = 1e-9;
 
-bool inside(const PartSolid& solid, const Eigen::Vector3d& point) {
-  if (const auto* box = std::get_if<Box>(&solid.shape)) {
-    return (point.array() >= box->min.array()).all() && (point.array() < box->max.array()).all();
-  }
-  const auto& cylinder = std::get<Cylinder>(solid.shape);
-  const Eigen::Vector3d axis = cylinder.to - cylinder.from;
-  const double along = (point - cylinder.from).dot(axis) / axis.squaredNorm();
-  const Eigen::Vector3d off_axis = point - cylinder.from - along * axis;
-  return along >= 0.0 && along < 1.0 && off_axis.norm() < cylinder.radius;
-}
-
-Box bounds_of_part(const Rig& rig) {
-  Box bounds = bounds_of(rig.parts.front());
-  for (const PartSolid& solid : rig.parts) {
-    const Box box = bounds_of(solid);
-    bounds.min = bounds.min.cwiseMin(box.min);
-    bounds.max = bounds.max.cwiseMax(box.max);
-  }
-  return bounds;
-}
-
 /// First and one past the last cell along `axis` whose centre may lie between `low` and `high`.
 std::array<int, 2> cell_range(const VoxelGrid& grid, int axis, double low, double high) {
   const auto at = static_cast<std::size_t>(axis);
@@ -46,6 +25,15 @@ std::array<int, 2> cell_range(const VoxelGrid& grid, int axis, double low, doubl
   const double last = std::ceil((high - grid.origin[axis]) / grid.cell[axis] + 0.5);
   return {static_cast<int>(std::clamp(first, 0.0, static_cast<double>(grid.count[at]))),
           static_cast<int>(std::clamp(last, 0.0, static_cast<double>(grid.count[at])))};
+}
+
+void check_solid(const PartSolid& solid) {
+  const auto* surface = std::get_if<SurfaceFile>(&solid.shape);
+  if (surface == nullptr) return;
+  throw InputError(
+      fmt::format("{}: is a surface, which cannot be meshed yet; a part must be made of boxes and "
+                  "cylinders",
+                  surface->file.string()));
 }
 
 void fill_solid(VoxelGrid& grid, const PartSolid& solid, int solid_index) {
@@ -58,7 +46,7 @@ void fill_solid(VoxelGrid& grid, const PartSolid& solid, int solid_index) {
       for (int i = i0; i < i1; ++i) {
         const Eigen::Vector3d offset = Eigen::Vector3d(i, j, k).array() + 0.5 + kCentreNudge;
         const Eigen::Vector3d centre = grid.origin + offset.cwiseProduct(grid.cell);
-        if (inside(solid, centre)) grid.solid_of_cell[grid.index(i, j, k)] = solid_index;
+        if (contains(solid, centre)) grid.solid_of_cell[grid.index(i, j, k)] = solid_index;
       }
     }
   }
@@ -135,22 +123,14 @@ double cells_along(double length_m, double dx_m) {
 }
 
 Box bounds_of(const PartSolid& solid) {
-  if (const auto* box = std::get_if<Box>(&solid.shape)) return *box;
-  if (const auto* cylinder = std::get_if<Cylinder>(&solid.shape)) {
-    const Eigen::Vector3d axis = (cylinder->to - cylinder->from).normalized();
-    const Eigen::Vector3d reach =
-        cylinder->radius * (1.0 - axis.array().square()).max(0.0).sqrt().matrix();
-    return {cylinder->from.cwiseMin(cylinder->to) - reach,
-            cylinder->from.cwiseMax(cylinder->to) + reach};
-  }
-  throw InputError(
-      fmt::format("{}: a surface file cannot be meshed yet, a part must be made of "
-                  "boxes and cylinders",
-                  std::get<SurfaceFile>(solid.shape).file.string()));
+  Rig alone;
+  alone.parts.push_back(solid);
+  return alone.bounding_box();
 }
 
 VoxelGrid fill_voxels(const Rig& rig, double dx_m) {
-  const Box bounds = bounds_of_part(rig);
+  for (const PartSolid& solid : rig.parts) check_solid(solid);
+  const Box bounds = rig.bounding_box();
   VoxelGrid grid;
   grid.origin = bounds.min;
   double num_cells = 1.0;

@@ -30,7 +30,7 @@ struct VoxelGrid {
 [[nodiscard]] double cells_along(double length_m, double dx_m);
 
 /// Fills every cell whose centre lies in a solid; the last such solid counts.
-/// @throws InputError if there would be more than 50 million cells
+/// @throws InputError if a solid is a surface file or there would be more than 50 million cells
 [[nodiscard]] VoxelGrid fill_voxels(const Rig& rig, double dx_m);
 
 /// What keeps a grid from being a mesh of the part.
@@ -42,7 +42,6 @@ struct VoxelFault {
 [[nodiscard]] VoxelFault find_fault(const Rig& rig, const VoxelGrid& grid);
 
 /// Smallest axis-aligned box around a solid [m].
-/// @throws InputError for a surface file
 [[nodiscard]] Box bounds_of(const PartSolid& solid);
 
 }  // namespace twang
