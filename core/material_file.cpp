@@ -8,6 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <limits>
+#include <map>
+#include <string>
 
 namespace twang {
 namespace {
@@ -33,10 +36,42 @@ class ObjectReader {
     if (!(value > 0.0) || !std::isfinite(value)) fail(key, m_object.at(key), "a number > 0");
     return value;
   }
-  [[nodiscard]] int integer(const char* key) const {
+  [[nodiscard]] double non_negative(const char* key) const {
+    const double value = number(key);
+    if (!(value >= 0.0) || !std::isfinite(value)) fail(key, m_object.at(key), "a number >= 0");
+    return value;
+  }
+  [[nodiscard]] double finite(const char* key) const {
+    const double value = number(key);
+    if (!std::isfinite(value)) fail(key, m_object.at(key), "a finite number");
+    return value;
+  }
+  [[nodiscard]] int count(const char* key) const {
     const Json& value = require(key);
-    if (!value.is_number_integer()) fail(key, value, "a whole number");
+    const double rounded = value.is_number_integer() ? value.get<double>() : -1.0;
+    if (rounded < 0.0 || rounded > std::numeric_limits<int>::max()) {
+      fail(key, value, "a whole number >= 0");
+    }
     return value.get<int>();
+  }
+  [[nodiscard]] double poissons_ratio(const char* key) const {
+    const double value = number(key);
+    if (!(value > -1.0 && value < 0.5)) {
+      fail(key, m_object.at(key), "between -1 and 0.5, both excluded");
+    }
+    return value;
+  }
+  [[nodiscard]] const Json& array(const char* key) const {
+    const Json& value = require(key);
+    if (!value.is_array()) fail(key, value, "an array");
+    return value;
+  }
+  [[nodiscard]] std::map<std::string, std::string> texts(const char* key) const {
+    std::map<std::string, std::string> texts;
+    for (const auto& [name, value] : object(key).m_object.items()) {
+      texts[name] = value.is_string() ? value.get<std::string>() : value.dump();
+    }
+    return texts;
   }
   [[nodiscard]] std::string text(const char* key) const {
     const Json& value = require(key);
@@ -57,8 +92,11 @@ class ObjectReader {
     return m_object.at(key);
   }
   [[noreturn]] void fail(const char* key, const Json& value, const char* expected) const {
+    constexpr std::size_t kLongest = 80;
+    std::string shown = value.dump();
+    if (shown.size() > kLongest) shown = shown.substr(0, kLongest) + "...";
     throw InputError(
-        fmt::format("{}: {}{} is {}, must be {}", m_file, m_prefix, key, value.dump(), expected));
+        fmt::format("{}: {}{} is {}, must be {}", m_file, m_prefix, key, shown, expected));
   }
 
  private:
@@ -67,22 +105,18 @@ class ObjectReader {
   std::string m_prefix;
 };
 
-std::map<std::string, std::string> texts_from(const Json& object) {
-  std::map<std::string, std::string> texts;
-  for (const auto& [key, value] : object.items()) {
-    texts[key] = value.is_string() ? value.get<std::string>() : value.dump();
-  }
-  return texts;
-}
-
 Provenance provenance_from(const ObjectReader& reader) {
   Provenance provenance;
   provenance.twang_version = reader.text("twang_version");
   provenance.date = reader.text("date");
-  provenance.options = texts_from(reader.require("options"));
-  for (const Json& input : reader.require("inputs")) {
-    if (input.is_object())
-      provenance.inputs.push_back({input.value("file", ""), input.value("sha256", "")});
+  provenance.options = reader.texts("options");
+  for (const Json& input : reader.array("inputs")) {
+    if (!input.is_object() || !input.contains("file") || !input.at("file").is_string() ||
+        !input.contains("sha256") || !input.at("sha256").is_string()) {
+      reader.fail("inputs", input, "a list of objects with the texts file and sha256");
+    }
+    provenance.inputs.push_back(
+        {input.at("file").get<std::string>(), input.at("sha256").get<std::string>()});
   }
   return provenance;
 }
@@ -141,7 +175,8 @@ std::string material_to_json(const Material& material) {
   if (material.reported_youngs_modulus_pa) {
     json["reported_youngs_modulus_pa"] = *material.reported_youngs_modulus_pa;
   }
-  return json.dump(2) + "\n";
+  // A file name or an option may hold bytes that are not UTF-8; JSON cannot.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Material read_material(const std::filesystem::path& path) {
@@ -166,12 +201,12 @@ Material read_material(const std::filesystem::path& path) {
   material.youngs_modulus_numerical_pa = reader.positive("youngs_modulus_numerical_pa");
   material.numerical_element = reader.text("numerical_element");
   material.numerical_dx_mm = reader.positive("numerical_dx_mm");
-  material.numerical_elements = reader.integer("numerical_elements");
+  material.numerical_elements = reader.count("numerical_elements");
   material.rig_sha256 = reader.text("rig_sha256");
-  material.damping_stiffness_b_s = reader.number("damping_stiffness_b_s");
+  material.damping_stiffness_b_s = reader.non_negative("damping_stiffness_b_s");
   material.damping_stiffness_b_sigma_s = reader.number("damping_stiffness_b_sigma_s");
-  material.damping_mass_a_per_s = reader.number("damping_mass_a_per_s");
-  material.poissons_ratio = reader.number("poissons_ratio");
+  material.damping_mass_a_per_s = reader.finite("damping_mass_a_per_s");
+  material.poissons_ratio = reader.poissons_ratio("poissons_ratio");
   material.density_kg_m3 = reader.positive("density_kg_m3");
   material.frequency_hz = reader.number("frequency_hz");
   material.frequency_sigma_hz = reader.number("frequency_sigma_hz");
@@ -179,13 +214,13 @@ Material read_material(const std::filesystem::path& path) {
   material.decay_sigma_per_s = reader.number("decay_sigma_per_s");
   material.lambda_per_s2 = reader.number("lambda_per_s2");
   material.tan_delta = reader.number("tan_delta");
-  if (const Json& range = reader.require("amplitude_range");
-      range.is_array() && range.size() == 2) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      material.amplitude_range[i] = range[i].is_number() ? range[i].get<double>() : kNaN;
+  const Json& range = reader.array("amplitude_range");
+  if (range.size() != 2) reader.fail("amplitude_range", range, "two numbers");
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!range[i].is_number() && !range[i].is_null()) {
+      reader.fail("amplitude_range", range, "two numbers");
     }
-  } else {
-    reader.fail("amplitude_range", range, "two numbers");
+    material.amplitude_range[i] = range[i].is_number() ? range[i].get<double>() : kNaN;
   }
   if (reader.has("amplitude_unit")) material.amplitude_unit = reader.text("amplitude_unit");
   if (reader.has("reported_youngs_modulus_pa")) {
@@ -203,7 +238,7 @@ Material read_material(const std::filesystem::path& path) {
   material.validation = {validation.number("rms_rel"),
                          validation.number("frequency_error_rel"),
                          validation.number("decay_error_rel")};
-  if (reader.has("specimen")) material.specimen = texts_from(reader.require("specimen"));
+  if (reader.has("specimen")) material.specimen = reader.texts("specimen");
   material.provenance = provenance_from(reader.object("provenance"));
   return material;
 }

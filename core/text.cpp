@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <vector>
 
 namespace twang {
@@ -28,19 +29,22 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string exact_text(double value) { return fmt::format("{}", value); }
+std::string exact_text(double value) {
+  if (std::isnan(value)) return "nan";  // whatever its sign
+  return fmt::format("{}", value);
+}
 
 std::string rounded_text(double value, int digits) {
-  if (!std::isfinite(value)) return fmt::format("{}", value);
+  if (!std::isfinite(value)) return exact_text(value);
   if (value == 0.0) return "0";
-  const double magnitude = std::floor(std::log10(std::abs(value)));
-  constexpr double kSmallestPlain = -4;
-  constexpr double kLargestPlain = 6;
-  if (magnitude < kSmallestPlain || magnitude > kLargestPlain) {
-    return fmt::format("{:.{}e}", value, digits - 1);
-  }
-  const int decimals = std::max(0, digits - 1 - static_cast<int>(magnitude));
-  return fmt::format("{:.{}f}", value, decimals);
+  // Rounded first: 0.9996 to three digits is 1.00, not 1.000, and 1234567 is 1230000.
+  const std::string scientific = fmt::format("{:.{}e}", value, digits - 1);
+  const int magnitude = std::stoi(scientific.substr(scientific.find('e') + 1));
+  constexpr int kSmallestPlain = -4;
+  constexpr int kLargestPlain = 6;
+  if (magnitude < kSmallestPlain || magnitude > kLargestPlain) return scientific;
+  const int decimals = std::max(0, digits - 1 - magnitude);
+  return fmt::format("{:.{}f}", std::stod(scientific), decimals);
 }
 
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {

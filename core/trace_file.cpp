@@ -44,7 +44,7 @@ std::vector<std::string_view> cells_of(std::string_view line) {
 /// A number, nan for a missing sample, nothing for a text that is neither.
 std::optional<double> number_from(std::string_view cell) {
   if (cell.empty()) return kNaN;
-  if (cell.front() == '+') cell.remove_prefix(1);
+  if (cell.front() == '+' && !cell.starts_with("+-")) cell.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error == std::errc::result_out_of_range) return std::nullopt;
@@ -149,11 +149,12 @@ Trace read_trace_csv(const std::filesystem::path& path, const std::string& time_
         continue;
       }
       if (!std::isfinite(*value) || (!trace.time_s.empty() && *value <= trace.time_s.back())) {
-        throw InputError(fmt::format("{}:{}: {} is {}, must be a finite time after the line before",
-                                     path.string(),
-                                     lines.number(),
-                                     time_column,
-                                     printable(cells[i])));
+        throw InputError(
+            fmt::format("{}:{}: {} is '{}', must be a finite time after the line before",
+                        path.string(),
+                        lines.number(),
+                        time_column,
+                        printable(cells[i])));
       }
       trace.time_s.push_back(*value);
     }

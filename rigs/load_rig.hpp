@@ -20,12 +20,15 @@ struct RigNeeds {
 /// else.
 ///
 /// Every key is checked: an unknown one is an error that names file, line and the nearest known
-/// key.
+/// key. Tables of an array are counted from 1 ("marker.3.size_mm" of the third [[marker]]). The
+/// path of a surface file is taken relative to the rig file, and the surface is read once to see
+/// that it can be.
 ///
 /// @throws InputError "FILE:LINE: KEY is VALUE, must be ..." for a file that cannot be read or
-/// parsed, an unknown key, a
-///         value of the wrong type or out of range, a missing key, a name used twice or never
-///         defined, a marker that is not fixed and stands farther than 1 mm from the part's surface
+/// parsed, an unknown key, a value of the wrong type or out of range, a missing key, a name used
+/// twice or never defined, an observable of markers that are all fixed, a clamp that does not touch
+/// the box around the part, a marker that is not fixed and stands farther than 1 mm from the part's
+/// surface (not asked of a rig with a surface file)
 [[nodiscard]] Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs = {});
 
 }  // namespace twang

@@ -30,6 +30,13 @@ std::string shown(const toml::node& node) {
   return text;
 }
 
+/// An integer or a floating-point number, nothing for anything else.
+std::optional<double> number_from(const toml::node& node) {
+  if (const auto* value = node.as_floating_point()) return value->get();
+  if (const auto* value = node.as_integer()) return static_cast<double>(value->get());
+  return std::nullopt;
+}
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
@@ -60,11 +67,10 @@ std::vector<std::string> TomlTable::keys() const {
 }
 
 double TomlTable::number(std::string_view key) const {
-  const toml::node& node = require(key);
-  if (!node.is_number()) refuse(key, "a number");
-  const double value = *node.value<double>();
-  if (!std::isfinite(value)) refuse(key, "a finite number");
-  return value;
+  const auto value = number_from(require(key));
+  if (!value) refuse(key, "a number");
+  if (!std::isfinite(*value)) refuse(key, "a finite number");
+  return *value;
 }
 
 double TomlTable::positive(std::string_view key) const {
@@ -123,9 +129,9 @@ Eigen::Vector3d TomlTable::vector(std::string_view key) const {
   if (!array || array->size() != 3) refuse(key, "three numbers [x, y, z]");
   Eigen::Vector3d vector;
   for (std::size_t i = 0; i < 3; ++i) {
-    const toml::node& node = *array->get(i);
-    if (!node.is_number()) refuse(key, "three numbers [x, y, z]");
-    vector(static_cast<Eigen::Index>(i)) = *node.value<double>();
+    const auto value = number_from(*array->get(i));
+    if (!value) refuse(key, "three numbers [x, y, z]");
+    vector(static_cast<Eigen::Index>(i)) = *value;
   }
   if (!vector.allFinite()) refuse(key, "three finite numbers [x, y, z]");
   return vector;
@@ -178,7 +184,9 @@ void TomlTable::complain(std::string_view key, std::string_view complaint) const
   const bool at_document = key.empty() && m_path.empty();
   const auto line = node && !at_document ? node->source().begin.line : 0;
   const std::string place = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
-  throw InputError(fmt::format("{}: {} {}", place, full_key(key), complaint));
+  const std::string subject = full_key(key);
+  throw InputError(
+      fmt::format("{}: {}{}{}", place, subject, subject.empty() ? "" : " ", complaint));
 }
 
 const toml::node& TomlTable::require(std::string_view key) const {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 #include <string>
 
 namespace twang {
@@ -215,11 +216,11 @@ TEST(LoadRig, AsksForTheTablesACommandNeeds) {
   const auto refusal = [&](const RigNeeds& needs, const std::string& more) {
     return refusal_of([&] { (void)load_text(bare + more, needs); });
   };
-  EXPECT_TRUE(holds(refusal({.part = true}, ""), "[materials.NAME] is missing"));
+  EXPECT_TRUE(holds(refusal({.part = true}, ""), "rig.toml: [materials.NAME] is missing"));
   EXPECT_TRUE(
       holds(refusal({.part = true}, "materials.m = {density_kg_m3 = 1, poissons_ratio = 0}"),
             "[[part]] is missing"));
-  EXPECT_TRUE(holds(refusal({.clamp = true}, ""), "[[clamp]] is missing"));
+  EXPECT_TRUE(holds(refusal({.clamp = true}, ""), "rig.toml: [[clamp]] is missing"));
   EXPECT_TRUE(holds(refusal({.film = true}, ""), "[[marker]] is missing"));
   EXPECT_TRUE(holds(
       refusal({.film = true},
@@ -229,6 +230,37 @@ TEST(LoadRig, AsksForTheTablesACommandNeeds) {
   EXPECT_TRUE(holds(refusal({.part = true}, "part = []\nmaterials = {}"), "is missing"));
   EXPECT_NO_THROW((void)load_text(kExampleRig,
                                   {.part = true, .clamp = true, .film = true, .observable = true}));
+}
+
+TEST(LoadRig, AnswersEveryDamagedFileWithARigOrOneSentence) {
+  const TemporaryFolder folder;
+  std::mt19937 random(11);
+  const auto below = [&](std::size_t bound) {
+    return std::uniform_int_distribution<std::size_t>(0, bound - 1)(random);
+  };
+  const std::string_view alphabet = "[]{}\"'=.,#-+_ \n\t09azmin\x01\xff";
+  int refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string text(kExampleRig);
+    for (std::size_t damage = 1 + below(3); damage > 0; --damage) {
+      const std::size_t at = below(text.size());
+      if (below(3) == 0) {
+        text.erase(at, 1 + below(30));
+      } else {
+        text.insert(at, 1, alphabet[below(alphabet.size())]);
+      }
+    }
+    const std::filesystem::path path = folder.write("rig.toml", text);
+    try {
+      (void)load_rig(path);
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      EXPECT_TRUE(message.starts_with(path.string() + ":")) << message;
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100) << "too little damage proves nothing";
 }
 
 TEST(LoadRig, RefusesWhatIsNoRigFileInOneSentence) {
