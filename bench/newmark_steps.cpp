@@ -82,10 +82,9 @@ int bench(const Settings& settings) {
   material.poissons_ratio = rig.materials.front().poissons_ratio;
   material.density_kg_m3 = rig.materials.front().density_kg_m3;
   material.damping_stiffness_b_s = settings.b_s;
-  const ElasticBody body(mesh_part(rig,
-                                   settings.dx_mm * kMetresPerMillimetre,
-                                   element_kind_from(settings.element)),
-                         {material});
+  const ElasticBody body(
+      mesh_part(rig, settings.dx_mm * kMetresPerMillimetre, element_kind_from(settings.element)),
+      {material});
   const std::vector<int> held = clamped_nodes(body.mesh(), rig);
 
   StaticLoad load;
@@ -114,7 +113,8 @@ int bench(const Settings& settings) {
   fmt::print("{}\n", summary.message);
   const double steps = std::max(summary.steps, 1);
   fmt::print(
-      "h {} s: {:.4f} s a step ({:.4f} s of processor); a step takes {:.2f} Newton and {:.2f} linear iterations; "
+      "h {} s: {:.4f} s a step ({:.4f} s of processor); a step takes {:.2f} Newton and {:.2f} "
+      "linear iterations; "
       "{} factorizations; energy {:.4g} -> {:.4g} J\n",
       settings.step_s,
       summary.wall_s / steps,

@@ -22,7 +22,7 @@ using detail::StaleFactor;
 constexpr double kSufficientDecrease = 1e-4;          // of the merit's square root, per step [-]
 constexpr double kSmallestStepLength = 1.0 / 1024.0;  // of the Newton step [-]
 constexpr int kMaxLinearIterations = 60;              // before a new factor is the better buy
-constexpr double kFirstForcing = 0.05;                // accuracy of the first linear solve [-]
+constexpr double kFirstForcing = 0.005;                // accuracy of the first linear solve [-]
 constexpr double kLargestForcing = 0.3;               // of any
 constexpr double kForcingMargin = 0.3;  // of the reduction that would just reach the tolerance [-]
 constexpr double kScaleMemory = 0.99;   // of the largest force met, a step [-]
@@ -139,7 +139,7 @@ bool StepNewton::Impl::iterate(
   const auto precondition = [this](const Eigen::VectorXd& r) { return factor.apply(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
-      factor.follow(trial.u);
+      if (!fresh) factor.follow(trial.u);
       trial.preconditioned = factor.apply(trial.residual);
     }
     const auto jacobian = [&](const Eigen::VectorXd& w) { return damped.step_product(at, w); };

@@ -54,10 +54,11 @@ struct NewtonOptions {
 /// Solves step equations of one body by Newton's method.
 ///
 /// Linear systems are solved by MINRES on the matrix-free Jacobian (derivative of D included),
-/// preconditioned by the Cholesky factor of an earlier step that is renewed when iterations add up
-/// to its cost; each only as accurately as Newton's convergence deserves [Eisenstat & Walker 1996].
-/// A line search lowers rᵀ P⁻¹ r, for which every MINRES iterate is a direction of descent, however
-/// stiff or indefinite the Jacobian. Residuals below the round-off of the forces count as zero.
+/// preconditioned by the Cholesky factor of an earlier step, turned with the body node by node and
+/// renewed when iterations add up to its cost; each only as accurately as Newton's convergence
+/// deserves [Eisenstat & Walker 1996]. A line search lowers rᵀ P⁻¹ r, for which every MINRES
+/// iterate is a direction of descent, however stiff or indefinite the Jacobian. Residuals below the
+/// round-off of the forces count as zero.
 class StepNewton {
  public:
   /// Keeps a reference to `body`.

@@ -3,17 +3,23 @@
 
 #include "fem/linear_solver.hpp"
 #include "simulate/detail/damped_body.hpp"
+#include "simulate/detail/nodal_rotations.hpp"
 
 #include <Eigen/Core>
 
 #include <memory>
+#include <vector>
 
 namespace twang::detail {
 
 /// The factor of a step matrix, kept as a preconditioner while the body moves on.
 ///
-/// The factor belongs to the shape at which it was made; a free body turns away from it, so vectors
-/// are turned into that shape's frame and back, P⁻¹ = R H⁻¹ Rᵀ, with R the mean rotation since.
+/// The factor belongs to the shape at which it was made. What spoils it most is that parts of the
+/// body turn, so vectors are turned into that shape's frame and back, node by node,
+///
+///     P⁻¹ = R H⁻¹ Rᵀ,   R = diag(R_i),  R_i the rotation of node i since,
+///
+/// which is exact for a body that turns as a whole.
 ///
 /// When to renew it: with F the cost of a factorization in iterations, and each step after it
 /// taking some more iterations than the one before, the cost per step is least when the iterations
@@ -26,9 +32,7 @@ class StaleFactor {
   /// there.
   /// @return  false if neither can be factorized (out of memory)
   bool renew(const DampedBody::Linearization& at);
-  [[nodiscard]] bool ready() const { return m_ready; }
-  [[nodiscard]] int renewals() const { return m_renewals; }
-  /// Whether the weights of the factor are those of `at`.
+  /// Whether there is a factor and its weights of inertia and velocity are those of `at`.
   [[nodiscard]] bool fits(const DampedBody::Linearization& at) const;
 
   /// Turns the frame to displacement `u`; call before `apply`.
@@ -47,20 +51,19 @@ class StaleFactor {
   [[nodiscard]] bool worn() const;
 
  private:
-  [[nodiscard]] Eigen::Matrix3d mean_rotation(const Eigen::VectorXd& u) const;
+  SolveStatus factorize(const DampedBody::Linearization& at);
 
   const DampedBody& m_body;
   std::unique_ptr<LinearSolver> m_solver;
-  Eigen::Matrix3Xd m_arms;  // rest positions from their mean [m]
-  Eigen::Matrix3d m_rotation_then = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d m_turn = Eigen::Matrix3d::Identity();  // R
-  Eigen::VectorXd m_diagonal;                            // of H, free [N/m]
-  Eigen::VectorXd m_stiffness_diagonal;                  // of H without inertia, free [N/m]
+  NodalRotations m_rotations;
+  std::vector<Eigen::Matrix3d> m_rotations_then;  // when the factor was made
+  std::vector<Eigen::Matrix3d> m_turns;           // R_i
+  Eigen::VectorXd m_diagonal;                     // of H, free [N/m]
+  Eigen::VectorXd m_stiffness_diagonal;           // of H without inertia, free [N/m]
   double m_mu = 0.0;
   double m_gamma = 0.0;
   bool m_analyzed = false;
   bool m_ready = false;
-  int m_renewals = 0;
   int m_fresh_iterations = -1;  // of the first step after a renewal
   int m_excess_iterations = 0;  // spent since beyond those
 };

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/minimal_residual.hpp"
+#include "simulate/detail/nodal_rotations.hpp"
+#include "simulate/detail/stale_factor.hpp"
 #include "tests/simulate/box_body.hpp"
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -87,6 +90,47 @@ TEST(DampedBody, StepMatrixIsItsProduct) {
         bodies.damped.step_matrix(bodies.at) * bodies.damped.free().restrict_vector(w);
     EXPECT_LT((product - expected).norm(), 1e-12 * expected.norm());
   }
+}
+
+TEST(NodalRotations, AreThePolarFactorOfAHomogeneousDeformation) {
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(2.5, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  Eigen::Matrix3d stretch;
+  stretch << 1.2, 0.1, 0.0, 0.1, 0.9, -0.05, 0.0, -0.05, 1.05;
+  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {
+    const HexMesh mesh = test::box_mesh(kind, {2, 1, 1}, {0.02, 0.01, 0.005});
+    Eigen::VectorXd u(mesh.num_dofs());
+    for (int i = 0; i < mesh.num_nodes(); ++i)
+      u.segment<3>(3 * i) = (R * stretch - Eigen::Matrix3d::Identity()) * mesh.nodes.col(i);
+    // The polar factor is unique, Newton's iteration reaches round-off.
+    for (const Eigen::Matrix3d& rotation : detail::NodalRotations(mesh).at(u))
+      EXPECT_LT((rotation - R).norm(), 1e-12);
+  }
+}
+
+TEST(NodalRotations, SingularMatricesCountAsUnturned) {
+  EXPECT_EQ(detail::orthogonal_factor(Eigen::Matrix3d::Zero()), Eigen::Matrix3d::Identity());
+  EXPECT_EQ(detail::orthogonal_factor(Eigen::Matrix3d::Constant(std::nan(""))),
+            Eigen::Matrix3d::Identity());
+}
+
+TEST(StaleFactor, IsExactForABodyThatTurnedAsAWhole) {
+  TwoMaterials bodies(1e-4, 1e-4);
+  const DampedBody free_body(bodies.body, {});
+  DampedBody::Linearization at = bodies.at;
+  at.v.setZero();
+  detail::StaleFactor factor(free_body);
+  ASSERT_TRUE(factor.renew(at));
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(1.0, Eigen::Vector3d(0.3, 1.0, -0.4).normalized()).toRotationMatrix();
+  for (int i = 0; i < bodies.body.mesh().num_nodes(); ++i) {
+    const Eigen::Vector3d x = bodies.body.mesh().nodes.col(i);
+    at.u.segment<3>(3 * i) = R * (x + at.u.segment<3>(3 * i)) - x;
+  }
+  factor.follow(at.u);
+  const Eigen::VectorXd w = noise(at.u.size(), 9, 1.0);
+  // Round-off of a solve of condition 1e3.
+  EXPECT_LT((factor.apply(free_body.step_product(at, w)) - w).norm(), 1e-10 * w.norm());
 }
 
 TEST(MinimalResidual, SolvesDefiniteAndIndefiniteSystems) {
