@@ -79,6 +79,7 @@
       class: series.style,
       stroke,
       width: points ? 0 : 1.6,
+      pxAlign: 0,  // samples stay where they are, between pixels too
       dash: series.style === "dashed" ? [6, 4] : undefined,
       paths: points ? () => null : undefined,
       points: { show: points || few, size: few ? 6 : 4, width: 0, fill: stroke, stroke, filter: lonely_samples },
