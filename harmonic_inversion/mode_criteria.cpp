@@ -23,6 +23,9 @@ constexpr double kGrowthSigmas = 3.0;
 /// A heavily damped mode must have this part of the strongest mode's energy to be one.
 constexpr double kTransientEnergyPart = 0.05;
 constexpr double kTransientDampingRatio = 0.35;
+/// So must one that is gone within a few samples: it may be no more than a bad first sample.
+constexpr double kTransientDecayPerSample = 0.25;
+constexpr double kBriefEnergyPart = 0.01;
 /// An overlapping mode must lower the residual by this factor, or explain this part (rms) of the
 /// mode it overlaps: real material changes frequency and damping with amplitude by a few percent.
 constexpr double kOverlapResidualFactor = 3.0;
@@ -125,13 +128,16 @@ std::optional<std::string> ModeCriteria::objection(const SinusoidFit& fit, std::
   if (!(amplitude_over_sigma(fit, k) > kMinAmplitudeSigmas)) {
     return "amplitude not determined by the data";
   }
-  if (std::abs(ratio) > kTransientDampingRatio) {
+  const bool heavy = std::abs(ratio) > kTransientDampingRatio;
+  const bool brief = std::abs(pole.decay_per_s) * m_options.step_s > kTransientDecayPerSample;
+  if (heavy || brief) {
     double strongest = 0.0;
-    for (std::size_t j = 0; j < fit.poles.size(); ++j)
+    for (std::size_t j = 0; j < fit.poles.size(); ++j) {
       strongest = std::max(strongest, energy(fit, j));
-    if (energy(fit, k) < kTransientEnergyPart * strongest) {
-      return fmt::format("damping ratio {:.2f} and weak: a transient beside the strongest mode",
-                         ratio);
+    }
+    if (energy(fit, k) < (heavy ? kTransientEnergyPart : kBriefEnergyPart) * strongest) {
+      return fmt::format(
+          "damping ratio {:.2f}, brief and weak: a transient beside the strongest mode", ratio);
     }
   }
   return std::nullopt;

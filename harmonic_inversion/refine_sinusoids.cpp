@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "harmonic_inversion/projected_fit.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -110,14 +110,16 @@ std::vector<Index> free_parameters(std::size_t num_poles, const std::vector<bool
   return out;
 }
 
-/// The inverse of a symmetric matrix scaled to a unit diagonal; infinite variances where singular.
+/// The inverse of a symmetric positive semidefinite matrix, after scaling to a unit diagonal; a
+/// direction that the data do not determine gets a huge variance, and leaves the others theirs.
 MatrixXd scaled_inverse(const MatrixXd& normal) {
   const VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
-  const Eigen::LLT<MatrixXd> llt(scaled);
-  const Index n = normal.rows();
-  if (llt.info() != Eigen::Success) return MatrixXd::Identity(n, n) * kInfinity;
-  return scale.asDiagonal() * llt.solve(MatrixXd::Identity(n, n)) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * normal *
+                                                      scale.asDiagonal());
+  const VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-15).cwiseInverse();
+  const MatrixXd& vectors = eigen.eigenvectors();
+  return scale.asDiagonal() * (vectors * inverse.asDiagonal() * vectors.transpose()) *
+         scale.asDiagonal();
 }
 
 /// Fills the linear part and all covariances of `fit` at its poles.

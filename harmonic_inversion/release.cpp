@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace twang {
 namespace {
@@ -16,23 +15,29 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// Parts of the highest speed: a calm stays below the first, a release passes the second, the next
-/// release the third.
+/// Parts of the highest speed: a calm stays below the first, a release passes the second and peaks
+/// above the third; the next release passes the fourth.
 constexpr double kCalmPart = 0.125;
 constexpr double kReleasePart = 0.25;
+constexpr double kReleasePeakPart = 0.4;
 constexpr double kNextReleasePart = 0.5;
+/// Root mean square of the speeds in a calm, in the same unit: their noise then does not reach b
+/// / 4.
+constexpr double kCalmRmsPart = 0.07;
 /// Shortest calm, in samples, so that noise does not look like one.
 constexpr Index kMinCalm = 4;
 /// One sample in so many of a calm may be above its threshold, for noise.
 constexpr Index kRestlessPart = 10;
 /// Part of the first swing that a calm must last; a turning point stays calm for 0.08 of a swing.
 constexpr double kCalmPartOfSwing = 0.5;
-/// Speeds passed over before one is called the highest: one in so many samples, within limits.
-constexpr Index kSamplesPerGlitch = 50;
-constexpr Index kMaxGlitches = 10;
-/// A glitch gives two high speeds; a vibration soon gives this many.
-constexpr Index kMinHighSpeeds = 4;
-constexpr Index kHighSpeedWindow = 16;
+/// A glitch is a sample that stands off the mean of its neighbours by this factor more than any
+/// other sample this near.
+constexpr double kGlitchFactor = 3.0;
+constexpr Index kGlitchReach = 8;
+/// Means over more than this part of the record see no vibration.
+constexpr Index kNarrowestPart = 16;
+/// Shorter than this many samples there is nothing to be inverted.
+constexpr Index kMinFreeMotion = 16;
 /// A pull has left the level when the mean over a swing is off by this part of the amplitude.
 constexpr double kPullPart = 0.03;
 
@@ -69,25 +74,41 @@ Motion finite_motion(const Trace& trace,
   return out;
 }
 
-/// Differences over a lag, and their norms.
+/// Puts glitches, single samples far off, between their neighbours.
+void remove_glitches(MatrixXd& value) {
+  const Index n = value.rows();
+  const MatrixXd bend =
+      value.middleRows(1, n - 2) - 0.5 * (value.topRows(n - 2) + value.bottomRows(n - 2));
+  const VectorXd size = bend.rowwise().norm();
+  for (Index i = 0; i < n - 2; ++i) {
+    double others = 0.0;
+    for (Index j = std::max<Index>(i - kGlitchReach, 0); j < std::min(i + kGlitchReach + 1, n - 2);
+         ++j) {
+      if (std::abs(j - i) > 1) others = std::max(others, size(j));
+    }
+    if (size(i) > kGlitchFactor * others) value.row(i + 1) -= bend.row(i);
+  }
+}
+
+/// Differences of the means of `width` samples after and before each place, and their norms.
 struct Speed {
-  Index lag = 1;
-  MatrixXd step;
+  Index width = 1;
+  MatrixXd step;  ///< row i: between samples i + width - 1 and i + width
   VectorXd norm;
-  double highest = 0.0;  ///< but for a few, which may be glitches
+  double highest = 0.0;
 };
 
-Speed speed_over(const MatrixXd& value, Index lag) {
+Speed speed_over(const MatrixXd& value, Index width) {
   Speed out;
-  out.lag = lag;
-  const Index n = value.rows() - lag;
-  out.step = value.bottomRows(n) - value.topRows(n);
+  out.width = width;
+  const Index n = value.rows() - 2 * width + 1;
+  MatrixXd sums(value.rows() + 1, value.cols());
+  sums.row(0).setZero();
+  for (Index i = 0; i < value.rows(); ++i) sums.row(i + 1) = sums.row(i) + value.row(i);
+  out.step = (sums.bottomRows(n) - 2.0 * sums.middleRows(width, n) + sums.topRows(n)) /
+             static_cast<double>(width);
   out.norm = out.step.rowwise().norm();
-  std::vector<double> sorted(out.norm.data(), out.norm.data() + n);
-  const auto rank = std::clamp<std::ptrdiff_t>(n / kSamplesPerGlitch, 2, kMaxGlitches);
-  const auto place = sorted.begin() + std::min<std::ptrdiff_t>(rank, n - 1);
-  std::nth_element(sorted.begin(), place, sorted.end(), std::greater<>());
-  out.highest = *place;
+  out.highest = out.norm.maxCoeff();
   return out;
 }
 
@@ -98,19 +119,12 @@ struct Release {
   Index swing = 1;  ///< samples from release to the first turning point
 };
 
-/// Takes out of the speeds what passes the release's threshold for a moment only.
-void remove_glitches(Speed& speed) {
-  const Index n = speed.norm.size();
-  const double threshold = kReleasePart * speed.highest;
-  const Index window = kHighSpeedWindow * speed.lag;
-  for (Index i = 0; i < n; ++i) {
-    if (speed.norm(i) <= threshold) continue;
-    const Index ahead = std::min(window, n - i);
-    const Index high = (speed.norm.segment(i, ahead).array() > threshold).count();
-    if (high >= kMinHighSpeeds * speed.lag) return;
-    speed.norm(i) = 0.0;
-    speed.step.row(i).setZero();
-  }
+/// Whether the first `count` speeds are those of a rest, a hold or a slow pull, noise and all.
+bool is_calm(const Speed& speed, Index count) {
+  const auto head = speed.norm.head(count);
+  const Index restless = (head.array() > kCalmPart * speed.highest).count();
+  const double rms = std::sqrt(head.squaredNorm() / static_cast<double>(count));
+  return restless * kRestlessPart <= count && rms <= kCalmRmsPart * speed.highest;
 }
 
 std::optional<Release> find_release(const Speed& speed) {
@@ -119,10 +133,8 @@ std::optional<Release> find_release(const Speed& speed) {
   Index onset = 0;
   while (onset < n && speed.norm(onset) <= kReleasePart * speed.highest) ++onset;
   if (onset >= n || !(speed.highest > 0.0)) return std::nullopt;
-  Index calm_end = onset;  // first difference that is not calm
+  Index calm_end = onset;  // first speed that is not calm
   while (calm_end > 0 && speed.norm(calm_end - 1) > calm) --calm_end;
-  const Index restless = (speed.norm.head(calm_end).array() > calm).count();
-  if (restless * kRestlessPart > calm_end) return std::nullopt;
   Index peak = onset;
   Index turn = onset;
   for (; turn < n; ++turn) {
@@ -130,15 +142,15 @@ std::optional<Release> find_release(const Speed& speed) {
     if (swings_back && speed.norm(turn) > calm) break;
     if (speed.norm(turn) > speed.norm(peak)) peak = turn;
   }
-  if (turn >= n) return std::nullopt;
+  if (turn >= n || speed.norm(peak) < kReleasePeakPart * speed.highest) return std::nullopt;
   Release out;
-  out.last_calm = calm_end + (speed.lag - 1);
+  out.last_calm = calm_end + 2 * speed.width - 2;  // the last sample that a calm speed has seen
   out.swing = std::max<Index>(turn - calm_end, 1);
-  out.start = peak + (speed.lag + 1) / 2;
-  const Index least =
-      std::max(kMinCalm * speed.lag,
-               static_cast<Index>(std::ceil(kCalmPartOfSwing * static_cast<double>(out.swing))));
-  if (calm_end < least) return std::nullopt;
+  out.start = peak + speed.width + speed.width / 2;
+  const Index least = std::max(
+      kMinCalm, static_cast<Index>(std::ceil(kCalmPartOfSwing * static_cast<double>(out.swing))));
+  if (calm_end + speed.width - 1 < least || calm_end < kMinCalm) return std::nullopt;
+  if (!is_calm(speed, calm_end)) return std::nullopt;
   return out;
 }
 
@@ -156,19 +168,14 @@ RowVectorXd median_level(const MatrixXd& value, Index first, Index count) {
 }
 
 /// The first sudden motion after the vibration has died down, if there is one.
-std::optional<Index> find_next_event(const Speed& speed, Index start, Index swing) {
+std::optional<Index> find_next_event(const Speed& speed, const Release& release) {
   const Index n = speed.norm.size();
-  if (start >= n) return std::nullopt;
-  const Index first = std::min(2 * swing + 1, n - start);
-  const double highest = speed.norm.segment(start, first).maxCoeff();
+  const double highest = speed.norm.segment(0, std::min(release.start, n)).maxCoeff();
   Index calm_run = 0;
-  for (Index i = start; i < n; ++i) {
-    if (calm_run >= 4 * swing) {
-      const Index ahead = std::min(swing + 1, n - i);
-      if (speed.norm(i) > kCalmPart * highest &&
-          speed.norm.segment(i, ahead).maxCoeff() > kNextReleasePart * highest) {
-        return i;
-      }
+  for (Index i = release.start; i < n; ++i) {
+    if (calm_run >= 4 * release.swing && speed.norm(i) > kCalmPart * highest) {
+      const Index ahead = std::min(release.swing + 1, n - i);
+      if (speed.norm.segment(i, ahead).maxCoeff() > kNextReleasePart * highest) return i;
     }
     calm_run = speed.norm(i) <= kCalmPart * highest ? calm_run + 1 : 0;
   }
@@ -209,25 +216,29 @@ FreeMotion find_free_motion(const Trace& trace,
   FreeMotion out;
   out.start_s = from_s;
   out.end_s = to_s;
-  const Motion motion = finite_motion(trace, used, from_s, to_s);
+  Motion motion = finite_motion(trace, used, from_s, to_s);
   const Index n = motion.value.rows();
-  if (n < 16 || used.empty()) return out;
+  if (n < kMinFreeMotion || used.empty()) return out;
 
   std::optional<Release> release;
   Speed speed;
-  for (Index lag = 1; lag <= std::max<Index>(1, n / 32) && !release; lag *= 2) {
-    speed = speed_over(motion.value, lag);
-    remove_glitches(speed);
+  remove_glitches(motion.value);
+  for (Index width = 1; width <= n / kNarrowestPart && !release; width *= 2) {
+    const double narrower = speed.highest;
+    speed = speed_over(motion.value, width);
+    if (speed.highest < narrower) break;  // wider means only lose the vibration
     release = find_release(speed);
   }
   const auto time_at = [&](Index i) { return motion.time_s[static_cast<std::size_t>(i)]; };
-  if (!release) return out;
+  if (!release || release->start + kMinFreeMotion > n) return out;
   out.release_s = time_at(release->last_calm);
   out.start_s = time_at(std::min(release->start, n - 1));
-  const std::optional<Index> event = find_next_event(speed, release->start, release->swing);
-  if (event) {
-    out.end_s = time_at(end_before(motion.value, release->start, *event, release->swing));
-    out.ends_early = true;
+  if (const std::optional<Index> event = find_next_event(speed, *release)) {
+    const Index end = end_before(motion.value, release->start, *event, release->swing);
+    if (end >= release->start + kMinFreeMotion) {
+      out.end_s = time_at(end);
+      out.ends_early = true;
+    }
   }
   out.note = fmt::format(
       "release seen at {:.6g} s; free motion is taken from {:.6g} s, past the first peak of "

@@ -21,13 +21,14 @@ struct FreeMotion {
 /// Finds the first release in a trace: a rest, a hold or a slow pull, then sudden motion that
 /// swings back.
 ///
-/// Judged by the speed over a lag of one sample, or of more where noise hides the motion. Let b be
-/// the highest speed (a few are passed over: glitches do not count). A release is seen if the speed
-/// first passes b / 4 after a calm below b / 8 (but for one sample in ten) that lasted at least
-/// half as long as the first swing, so that the turning point of a vibration is none. Free motion
-/// is taken to start past the highest speed of the first swing: a clamp or thread that lets go over
-/// a few samples is then gone. A record that moves freely from its first sample is used from there.
-/// It ends before the pull that leads to the next release, or with the trace.
+/// Judged by the speed, from one sample to the next, or from the mean of some samples to the mean
+/// of the next where noise hides the motion. Let b be the highest speed, glitches apart. A release
+/// is seen if the speed first passes b / 4 after a calm below b / 8 (but for one sample in ten)
+/// that lasted at least half as long as the first swing, so that the turning point of a vibration
+/// is none. Free motion is taken to start past the highest speed of the first swing: a clamp or
+/// thread that lets go over a few samples is then gone. A record that moves freely from its first
+/// sample is used from there. It ends before the pull that leads to the next release, or with the
+/// trace.
 ///
 /// @param channels  of `trace`, judged together, each by its own range
 /// @param from_s    samples before are not looked at [s]

@@ -42,6 +42,7 @@ class Selector {
     m_best = trial({});
     if (!is_exact()) {
       start_from_proposals();
+      weigh_channels();  // before the search, lest it explains outliers
       for (int round = 0; round < kMaxRounds; ++round) {
         const std::size_t poles = m_best.poles.size();
         const int outliers = m_data.num_outliers();
@@ -50,7 +51,8 @@ class Selector {
         weigh_channels();
         if (m_best.poles.size() == poles && m_data.num_outliers() == outliers) break;
       }
-      settle();
+      settle_drift();
+      settle_decays();
     }
     return finish();
   }
@@ -252,17 +254,21 @@ class Selector {
     m_best = trial(m_best.poles);
   }
 
-  /// The drift is kept only if the criterion wants it; decays that are 0 within their sigma are 0.
-  void settle() {
+  /// The drift is kept only if the criterion wants it.
+  void settle_drift() {
     RefineOptions options = m_data.final_options();
     m_best = refine_sinusoids(m_data.series(), m_best.poles, options);
     options.fit_drift = false;
-    const SinusoidFit level = refine_sinusoids(m_data.series(), m_best.poles, options);
-    if (bayes_criterion(level) <= bayes_criterion(m_best) || m_data.is_round_off(level)) {
-      m_data.fit_drift = false;
-      m_best = level;
-    }
-    options.fit_drift = m_data.fit_drift;
+    SinusoidFit level = refine_sinusoids(m_data.series(), m_best.poles, options);
+    if (bayes_criterion(level) > bayes_criterion(m_best) && !m_data.is_round_off(level)) return;
+    m_data.fit_drift = false;
+    m_best = std::move(level);
+    prune();
+    m_best = refine_sinusoids(m_data.series(), m_best.poles, m_data.final_options());
+  }
+
+  /// Decays below 0 by no more than chance are 0.
+  void settle_decays() {
     std::vector<bool> steady(m_best.poles.size(), false);
     std::vector<DampedPole> poles = m_best.poles;
     for (std::size_t k = 0; k < poles.size(); ++k) {
@@ -271,13 +277,13 @@ class Selector {
       steady[k] = true;
     }
     if (std::find(steady.begin(), steady.end(), true) == steady.end()) return;
+    RefineOptions options = m_data.final_options();
     options.fixed_decays = steady;
     SinusoidFit fit = refine_sinusoids(m_data.series(), poles, options);
     for (std::size_t k = 0; k < poles.size(); ++k) {
       // A decay at its bound still has the uncertainty of the free fit.
-      if (!steady[k]) continue;
       const Index i = 2 * static_cast<Index>(k) + 1;
-      fit.pole_covariance(i, i) = m_best.pole_covariance(i, i);
+      if (steady[k]) fit.pole_covariance(i, i) = m_best.pole_covariance(i, i);
     }
     m_best = std::move(fit);
   }

@@ -42,7 +42,7 @@ Trace synthesize_sinusoids(const std::vector<SinusoidTruth>& sinusoids,
   for (std::size_t i = 0; i < count; ++i) {
     double t = static_cast<double>(i) / options.rate_hz;
     if (options.jitter_s > 0.0) t += options.jitter_s * (2.0 * uniform(generator) - 1.0);
-    const double since_release = std::max(t - options.held_s, 0.0);
+    const double since_release = options.held_s > 0.0 ? std::max(t - options.held_s, 0.0) : t;
     double value = options.offset + options.drift_per_s * t;
     for (const SinusoidTruth& s : sinusoids) {
       value += s.amplitude * std::exp(-s.decay_per_s * since_release) *

@@ -19,13 +19,14 @@ struct SinusoidTruth {
 };
 
 struct SynthesisOptions {
-  double rate_hz = 240.0;     ///< samples a second
-  double duration_s = 2.0;    ///< the last sample stands before or at this time
-  double offset = 0.0;        ///< added to all samples
-  double drift_per_s = 0.0;   ///< added slope
-  double noise_sigma = 0.0;   ///< standard deviation of white Gaussian noise
-  double jitter_s = 0.0;      ///< half width of a uniform jitter of the true and stated times [s]
-  double held_s = 0.0;        ///< time before the release, at the value of the release [s]
+  double rate_hz = 240.0;    ///< samples a second
+  double duration_s = 2.0;   ///< the last sample stands before or at this time
+  double offset = 0.0;       ///< added to all samples
+  double drift_per_s = 0.0;  ///< added slope
+  double noise_sigma = 0.0;  ///< standard deviation of white Gaussian noise
+  double jitter_s = 0.0;     ///< half width of a uniform jitter of the true and stated times [s]
+  double held_s =
+      0.0;  ///< time before the release, at the value of the release; 0: free all along [s]
   double missing_part = 0.0;  ///< this part of the samples becomes nan, at random [-]
   std::uint32_t seed = 1;     ///< of noise, jitter and gaps
   std::string channel = "y";

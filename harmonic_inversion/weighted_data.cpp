@@ -82,11 +82,14 @@ std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fi
 }
 
 void WeightedData::weigh(const SinusoidFit& fit) {
-  if (is_round_off(fit)) return;
   m_num_outliers = 0;
+  const bool exact = is_round_off(fit);
   for (std::size_t c = 0; c < m_series.size(); ++c) {
     const VectorXd& r = fit.channels[c].residual;
-    const std::vector<bool> is_outlier = find_isolated_outliers(r);
+    // Round-off has outliers too, but they mean nothing.
+    const std::vector<bool> is_outlier =
+        exact ? std::vector<bool>(static_cast<std::size_t>(r.size()), false)
+              : find_isolated_outliers(r);
     double sum = 0.0;
     double count = 0.0;
     for (Index i = 0; i < r.size(); ++i) {

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <tuple>
 #include <vector>
 
 namespace twang {
@@ -105,6 +107,65 @@ TEST(InvertHarmonics, AddsNoFalseModeToATrueOne) {
     extra += static_cast<int>(result.modes.size()) - 1;
   }
   EXPECT_LE(extra, 3);  // 1 % of 200 is 2
+}
+
+TEST(InvertHarmonics, FindsAHeldPartsReleaseAndItsMotionWhateverItsFrequency) {
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (const double noise : {0.0005, 0.01}) {
+    int wrong = 0;
+    constexpr int kDraws = 150;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const double frequency_hz = 4.0 * std::pow(20.0, uniform(generator));
+      const double zeta = 0.01 + 0.1 * uniform(generator);
+      const SinusoidTruth truth{frequency_hz, kTwoPi * frequency_hz * zeta, 1.0, 0.5 * kPi};
+      SynthesisOptions options;
+      options.held_s = 0.1 + 0.1 * uniform(generator);
+      options.offset = 3.0 * uniform(generator);
+      options.noise_sigma = noise;
+      options.seed = static_cast<std::uint32_t>(draw + 1);
+      const InversionResult result =
+          invert_harmonics(synthesize_sinusoids({truth}, options), {"y"});
+      const bool fine = result.release_s && result.modes.size() == 1U &&
+                        std::abs(result.modes[0].frequency_hz - truth.frequency_hz) <
+                            4.0 * result.modes[0].frequency_sigma_hz &&
+                        std::abs(result.modes[0].decay_per_s - truth.decay_per_s) <
+                            4.0 * result.modes[0].decay_sigma_per_s;
+      wrong += fine ? 0 : 1;
+    }
+    EXPECT_LE(wrong, 1)
+        << noise;  // 300 values beyond 4 sigma: 0.02 expected; one false mode may be
+  }
+}
+
+TEST(InvertHarmonics, FindsTwoModesOnJitteredStampsWithGapsAndNoThird) {
+  std::mt19937 generator(8);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (const double noise : {0.001, 0.05}) {
+    int wrong = 0;
+    for (int draw = 0; draw < 100; ++draw) {
+      const double low_hz = 8.0 + 14.0 * uniform(generator);
+      const double high_hz = low_hz * (1.5 + 3.0 * uniform(generator));
+      SynthesisOptions options;
+      options.noise_sigma = noise;
+      options.jitter_s = 1e-3;
+      options.missing_part = 0.1;
+      options.seed = static_cast<std::uint32_t>(draw + 1);
+      const double phase = 6.0 * uniform(generator) - 3.0;
+      const InversionResult result = invert_harmonics(
+          synthesize_sinusoids({{low_hz, 1.0 + 5.0 * uniform(generator), 1.0, phase},
+                                {high_hz, 2.0 + 9.0 * uniform(generator), 0.3, 1.0}},
+                               options),
+          {"y"});
+      const bool fine = result.modes.size() == 2U &&
+                        std::abs(result.modes[0].frequency_hz - low_hz) <
+                            4.0 * result.modes[0].frequency_sigma_hz &&
+                        std::abs(result.modes[1].frequency_hz - high_hz) <
+                            4.0 * result.modes[1].frequency_sigma_hz;
+      wrong += fine ? 0 : 1;
+    }
+    EXPECT_LE(wrong, 1) << noise;
+  }
 }
 
 }  // namespace
