@@ -12,12 +12,9 @@
 namespace twang {
 namespace {
 
-/// A factorization with fewer operations runs in one thread: about 1 s. A second one would gain
-/// less on an idle machine than its waiting costs on a busy one.
+/// A factorization with fewer operations, about 1 s, runs in one thread: a second one would gain
+/// little on an idle machine and cost much on a busy one.
 constexpr double kThreadedOperations = 5e10;
-/// A solve with a factor of fewer entries runs in one thread: about 0.1 s.
-constexpr double kThreadedEntries = 1e8;
-
 /// Groups of consecutive columns with one and the same pattern (the three unknowns of a node):
 /// ordering one vertex for each group is faster than ordering the columns, and as good.
 struct ColumnGroups {
@@ -100,7 +97,6 @@ class CholeskySolver final : public LinearSolver {
   std::vector<Index> m_outer;      ///< copies of the pattern, unless Eigen's indices serve
   std::vector<Index> m_inner;
   double m_operations = 0.0;  ///< of a factorization
-  double m_entries = 0.0;     ///< of the factor
   bool m_factorized = false;
 };
 
@@ -202,7 +198,6 @@ SolveStatus CholeskySolver<Index>::analyze(const SparseMatrix& A) {
   m_common.postorder = 1;
   m_factor = Calls::analyze(&matrix, order.empty() ? nullptr : order.data(), nullptr, 0, &m_common);
   m_operations = m_common.fl;
-  m_entries = m_common.lnz;
   return m_factor != nullptr ? SolveStatus::Ok : status();
 }
 
@@ -213,7 +208,7 @@ SolveStatus CholeskySolver<Index>::factorize(const SparseMatrix& A) {
                          A.cols() == static_cast<Eigen::Index>(m_factor->n) &&
                          A.nonZeros() == m_num_entries;
   if (!same_size) return SolveStatus::Failed;
-  const ThreadLimits limits(m_operations < kThreadedOperations);
+  const ThreadLimits limits(m_operations < kThreadedOperations || machine_is_busy());
   cholmod_sparse matrix = view(A);
   const bool done = Calls::factorize(&matrix, m_factor, &m_common) != 0;
   if (!done || m_common.status != CHOLMOD_OK) return status();
@@ -226,7 +221,7 @@ template <class Index>
 SolveStatus CholeskySolver<Index>::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   if (!m_factorized) return SolveStatus::NotFactorized;
   if (B.rows() != static_cast<Eigen::Index>(m_factor->n)) return SolveStatus::Failed;
-  const ThreadLimits limits(m_entries < kThreadedEntries);
+  const ThreadLimits limits(true);  // memory sets the pace
   cholmod_dense right{};
   right.nrow = right.d = static_cast<std::size_t>(B.rows());
   right.ncol = static_cast<std::size_t>(B.cols());

@@ -4,6 +4,8 @@
 #include <dlfcn.h>
 #include <omp.h>
 
+#include <fstream>
+
 namespace twang {
 namespace {
 
@@ -22,6 +24,15 @@ const OpenBlas& open_blas() {
 }
 
 }  // namespace
+
+bool machine_is_busy() {
+  // "0.20 0.18 0.12 1/80 11206": the fourth field is the number of tasks that could run now.
+  std::ifstream file("/proc/loadavg");
+  double average = 0.0;
+  int runnable = 0;
+  if (!(file >> average >> average >> average >> runnable)) return false;
+  return runnable >= omp_get_num_procs();  // this task is one of them
+}
 
 ThreadLimits::ThreadLimits(bool single_blas) : m_active_levels(omp_get_max_active_levels()) {
   omp_set_max_active_levels(0);

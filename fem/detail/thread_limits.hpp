@@ -3,6 +3,11 @@
 
 namespace twang {
 
+/// Whether other processes want the processors now, so that threads of ours would wait for each
+/// other: a factorization with two threads on a busy machine takes three times as long as with one.
+/// false where the system does not tell.
+[[nodiscard]] bool machine_is_busy();
+
 /// While it lives, calls to CHOLMOD open no OpenMP regions (they cost more than they give, its
 /// dense kernels have the threads of the BLAS), and with `single_blas` those kernels run in one
 /// thread too: right for small matrices, where waking a second one costs more than the work.
