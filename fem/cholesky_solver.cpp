@@ -2,8 +2,7 @@
 #include "fem/detail/cholesky_solver.hpp"
 
 #include "fem/detail/cholmod_calls.hpp"
-
-#include <omp.h>
+#include "fem/detail/thread_limits.hpp"
 
 #include <algorithm>
 #include <type_traits>
@@ -13,19 +12,9 @@
 namespace twang {
 namespace {
 
-/// Runs a call in one thread of OpenMP: CHOLMOD opens regions of its own that cost more than they
-/// give (its dense kernels have the threads of the BLAS).
-class SingleThreadedRegions {
- public:
-  SingleThreadedRegions() : m_levels(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
-  ~SingleThreadedRegions() { omp_set_max_active_levels(m_levels); }
-  SingleThreadedRegions(const SingleThreadedRegions&) = delete;
-  SingleThreadedRegions& operator=(const SingleThreadedRegions&) = delete;
-
- private:
-  int m_levels;
-};
-
+/// A factorization with fewer operations, about 1 s, runs in one thread: a second one would gain
+/// little on an idle machine and cost much on a busy one.
+constexpr double kThreadedOperations = 5e10;
 /// Groups of consecutive columns with one and the same pattern (the three unknowns of a node):
 /// ordering one vertex for each group is faster than ordering the columns, and as good.
 struct ColumnGroups {
@@ -107,6 +96,7 @@ class CholeskySolver final : public LinearSolver {
   Eigen::Index m_num_entries = 0;  ///< of the analysed pattern
   std::vector<Index> m_outer;      ///< copies of the pattern, unless Eigen's indices serve
   std::vector<Index> m_inner;
+  double m_operations = 0.0;  ///< of a factorization
   bool m_factorized = false;
 };
 
@@ -195,7 +185,7 @@ template <class Index>
 SolveStatus CholeskySolver<Index>::analyze(const SparseMatrix& A) {
   release();
   if (A.rows() != A.cols() || A.rows() == 0 || !A.isCompressed()) return SolveStatus::Failed;
-  const SingleThreadedRegions single;
+  const ThreadLimits limits(true);
   m_num_entries = A.nonZeros();
   if constexpr (!std::is_same_v<Index, int>) {
     m_outer.assign(A.outerIndexPtr(), A.outerIndexPtr() + A.cols() + 1);
@@ -207,6 +197,7 @@ SolveStatus CholeskySolver<Index>::analyze(const SparseMatrix& A) {
   m_common.method[0].ordering = order.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN;
   m_common.postorder = 1;
   m_factor = Calls::analyze(&matrix, order.empty() ? nullptr : order.data(), nullptr, 0, &m_common);
+  m_operations = m_common.fl;
   return m_factor != nullptr ? SolveStatus::Ok : status();
 }
 
@@ -217,7 +208,7 @@ SolveStatus CholeskySolver<Index>::factorize(const SparseMatrix& A) {
                          A.cols() == static_cast<Eigen::Index>(m_factor->n) &&
                          A.nonZeros() == m_num_entries;
   if (!same_size) return SolveStatus::Failed;
-  const SingleThreadedRegions single;
+  const ThreadLimits limits(m_operations < kThreadedOperations || machine_is_busy());
   cholmod_sparse matrix = view(A);
   const bool done = Calls::factorize(&matrix, m_factor, &m_common) != 0;
   if (!done || m_common.status != CHOLMOD_OK) return status();
@@ -230,7 +221,7 @@ template <class Index>
 SolveStatus CholeskySolver<Index>::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   if (!m_factorized) return SolveStatus::NotFactorized;
   if (B.rows() != static_cast<Eigen::Index>(m_factor->n)) return SolveStatus::Failed;
-  const SingleThreadedRegions single;
+  const ThreadLimits limits(true);  // memory sets the pace
   cholmod_dense right{};
   right.nrow = right.d = static_cast<std::size_t>(B.rows());
   right.ncol = static_cast<std::size_t>(B.cols());

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 namespace twang {
 namespace {
@@ -29,14 +28,13 @@ constexpr int kDenseSize = 150;
 /// |sigma| stays above this part of the largest eigenvalue, so that K - sigma M can be factorized.
 constexpr double kMinShift = 1e-10;
 constexpr int kMaxShiftTrials = 10;
-constexpr unsigned kStartSeed = 20170729;
 
 /// The free part of an eigenvalue problem.
 struct FreeProblem {
   FreeDofs free;
   const SparseMatrix& full_mass;
   Eigen::MatrixXd rigid;  ///< exact rigid modes, M-orthonormal, (free x 0..6)
-  int num_rigid = 0;      ///< that the held nodes permit
+  int num_rigid = 0;      ///< that the held degrees of freedom permit
 
   /// M x; the whole mass matrix is used, to spare the memory of its free part.
   [[nodiscard]] Eigen::VectorXd apply_mass(const Eigen::VectorXd& x) const {
@@ -87,11 +85,11 @@ Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& R, const FreeProblem& pro
 }
 
 FreeProblem make_free_problem(const ElasticBody& body,
-                              const std::vector<int>& held_nodes,
+                              const FreeDofs& free,
                               const Eigen::VectorXd& u) {
-  FreeProblem problem{FreeDofs(body.mesh().num_nodes(), held_nodes), body.mass(), {}, 0};
+  FreeProblem problem{free, body.mass(), {}, 0};
   problem.rigid.resize(problem.free.size(), 0);
-  const Eigen::MatrixXd motions = rigid_motions(body.mesh(), held_nodes, u);
+  const Eigen::MatrixXd motions = rigid_motions(body.mesh(), free, u);
   problem.num_rigid = static_cast<int>(motions.cols());
   if (problem.num_rigid == 0 || problem.free.size() == 0) return problem;
 
@@ -184,25 +182,24 @@ LanczosResult solve_sparse(const ElasticBody& body,
     failure.message = factor_failure(factor.status);
     return failure;
   }
-  const Eigen::MatrixXd MR = apply_mass(problem, problem.rigid);
   int num_solves = 0;
   ShiftedProblem shifted;
   shifted.size = problem.free.size();
   shifted.sigma = factor.sigma;
+  shifted.known = problem.rigid;
   shifted.apply_mass = [&](const Eigen::VectorXd& x) { return problem.apply_mass(x); };
-  shifted.apply_solver = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+  shifted.apply_solver = [&](const Eigen::VectorXd& x) {
     report_progress(options.progress,
                     {"finding eigenmodes", static_cast<double>(++num_solves), 0.0});
     Eigen::MatrixXd solution;
     factor.solver->solve(x, solution);
-    if (MR.cols() > 0) solution -= problem.rigid * (MR.transpose() * solution);
-    return solution;
+    return Eigen::VectorXd(solution);
   };
-  std::mt19937 generator(kStartSeed);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  shifted.start = Eigen::VectorXd::NullaryExpr(shifted.size, [&]() { return uniform(generator); });
-  if (MR.cols() > 0) shifted.start -= problem.rigid * (MR.transpose() * shifted.start);
-  return run_lanczos(shifted, count, options.tolerance);
+  LanczosResult result = find_smallest(shifted, count, options.tolerance);
+  if (result.termination == Termination::Converged) {
+    result.message = fmt::format("{} elastic modes in {} solves", count, num_solves);
+  }
+  return result;
 }
 
 /// Turns each shape so that its largest entry is positive: the same mesh gives the same shapes.
@@ -255,8 +252,15 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
                               const std::vector<int>& held_nodes,
                               const EigenmodeOptions& options,
                               const Eigen::VectorXd& u) {
-  FreeProblem problem = make_free_problem(body, held_nodes, u);
-  check_count(options, problem.free);
+  return compute_eigenmodes(body, FreeDofs(body.mesh().num_nodes(), held_nodes), options, u);
+}
+
+Eigenmodes compute_eigenmodes(const ElasticBody& body,
+                              const FreeDofs& free,
+                              const EigenmodeOptions& options,
+                              const Eigen::VectorXd& u) {
+  check_count(options, free);
+  FreeProblem problem = make_free_problem(body, free, u);
   const int size = problem.free.size();
   const bool dense = size <= std::max(kDenseSize, 3 * options.count);
   if (dense) problem.rigid.resize(size, 0);

@@ -35,12 +35,18 @@ struct Eigenmodes {
 };
 
 /// Eigenmodes of K(u) with `held_nodes` at rest, by ARPACK in shift-invert mode; a free body (no
-/// held node) has six rigid modes.
+/// held node) has six rigid modes. Each shape's largest entry is positive. Beyond buckling
+/// eigenvalues are negative. One factorization and two to three solves for each mode.
 /// @param u  displacement at which the stiffness is taken (a prestressed state), (3 num_nodes) [m];
 /// empty: undeformed
 /// @throws InputError if more modes are wanted than the mesh has free degrees of freedom
 [[nodiscard]] Eigenmodes compute_eigenmodes(const ElasticBody& body,
                                             const std::vector<int>& held_nodes,
+                                            const EigenmodeOptions& options = {},
+                                            const Eigen::VectorXd& u = {});
+/// The same with single degrees of freedom held (rollers, planes of symmetry).
+[[nodiscard]] Eigenmodes compute_eigenmodes(const ElasticBody& body,
+                                            const FreeDofs& free,
                                             const EigenmodeOptions& options = {},
                                             const Eigen::VectorXd& u = {});
 

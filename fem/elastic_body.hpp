@@ -75,19 +75,27 @@ class ElasticBody {
   std::unique_ptr<Impl> m_impl;
 };
 
-/// Degrees of freedom that are free to move when `held_nodes` are not, and the maps to and from the
-/// full vector.
+/// Degrees of freedom that are free to move when others are held, and the maps to and from the full
+/// vector.
 class FreeDofs {
  public:
+  /// Holds all three degrees of freedom of `held_nodes`.
+  /// @throws InputError if a node does not exist
   FreeDofs(int num_nodes, const std::vector<int>& held_nodes);
+  /// Holds single degrees of freedom, 3 node + axis.
+  /// @throws InputError if one does not exist
+  [[nodiscard]] static FreeDofs from_held_dofs(int num_nodes, const std::vector<int>& held_dofs);
   [[nodiscard]] int size() const { return static_cast<int>(m_full_from_free.size()); }
   [[nodiscard]] const std::vector<int>& full_from_free() const { return m_full_from_free; }
+  [[nodiscard]] std::vector<int> held_dofs() const;  ///< ascending
   [[nodiscard]] Eigen::VectorXd restrict_vector(const Eigen::VectorXd& full) const;
   [[nodiscard]] Eigen::VectorXd expand_vector(
       const Eigen::VectorXd& free) const;  ///< held entries 0
   [[nodiscard]] SparseMatrix restrict_matrix(const SparseMatrix& full) const;
 
  private:
+  explicit FreeDofs(const std::vector<char>& held);
+
   std::vector<int> m_free_from_full;  ///< -1 where held
   std::vector<int> m_full_from_free;
 };

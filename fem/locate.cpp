@@ -111,6 +111,12 @@ std::vector<Candidate> sorted_candidates(const HexMesh& mesh, const Eigen::Vecto
 
 MeshPoint locate(const HexMesh& mesh, const Eigen::Vector3d& position) {
   if (mesh.num_elements() == 0) throw InputError("a point is sought in a mesh without elements");
+  if (!position.allFinite()) {
+    throw InputError(fmt::format("a point at ({}, {}, {}) m is sought in a mesh, must be finite",
+                                 position.x(),
+                                 position.y(),
+                                 position.z()));
+  }
   MeshPoint point;
   point.distance_m = kInfinity;
   for (const Candidate& candidate : sorted_candidates(mesh, position)) {
@@ -124,13 +130,6 @@ MeshPoint locate(const HexMesh& mesh, const Eigen::Vector3d& position) {
     point.xi = nearest.xi;
     point.distance_m = nearest.distance;
     if (point.distance_m == 0.0) break;
-  }
-  if (point.element < 0) {
-    throw InputError(fmt::format(
-        "the point ({}, {}, {}) m cannot be located in the mesh, its coordinates must be finite",
-        position.x(),
-        position.y(),
-        position.z()));
   }
   const Eigen::Matrix3Xd X = positions_of(mesh, point.element);
   const Eigen::VectorXd N = shape_functions(mesh.kind, point.xi);

@@ -16,7 +16,7 @@ namespace {
 
 /// Grids tried in search of a dx that would do stay below this, to answer within a second or two.
 constexpr double kMaxTrialCells = 4e6;
-constexpr int kMaxHalvings = 6;
+constexpr int kMaxTrials = 8;
 
 using Kind = VoxelFault::Kind;
 
@@ -29,17 +29,15 @@ double trial_cells(const Rig& rig, double dx_m) {
   return cells;
 }
 
-/// The largest dx tried, below `dx_m`, at which nothing is wrong with the grid.
+/// The first of thickness, thickness / 2, ... of the solid at fault (or of dx / 2, dx / 4, ... if
+/// it is thicker than that) at which nothing is wrong with the grid.
 std::optional<double> find_dx_that_works(const Rig& rig, double dx_m, const VoxelFault& fault) {
-  std::vector<double> trials;
   const Box bounds = bounds_of(rig.parts[static_cast<std::size_t>(fault.solid)]);
   const double thickness = (bounds.max - bounds.min).minCoeff();
-  if (thickness < 0.99 * dx_m) trials.push_back(thickness);
-  for (int k = 1; k <= kMaxHalvings; ++k) trials.push_back(std::ldexp(dx_m, -k));
-  std::sort(trials.rbegin(), trials.rend());
-  for (const double trial : trials) {
-    if (trial_cells(rig, trial) > kMaxTrialCells) break;
+  double trial = thickness > 0.0 ? std::min(thickness, 0.5 * dx_m) : 0.5 * dx_m;
+  for (int k = 0; k < kMaxTrials && trial_cells(rig, trial) <= kMaxTrialCells; ++k) {
     if (find_fault(rig, fill_voxels(rig, trial)).kind == Kind::None) return trial;
+    trial *= 0.5;
   }
   return std::nullopt;
 }

@@ -7,7 +7,7 @@
 namespace twang {
 namespace {
 
-/// A motion that moves the held nodes less than this, relative to the body's size, leaves them at
+/// A motion that moves what is held less than this, relative to the body's size, leaves them at
 /// rest; above the round-off of positions, far below a cell.
 constexpr double kAtRest = 1e-9;
 
@@ -26,9 +26,7 @@ Matrix3x6 motions_at(const Eigen::Vector3d& x) {
 
 }  // namespace
 
-Eigen::MatrixXd rigid_motions(const HexMesh& mesh,
-                              const std::vector<int>& held_nodes,
-                              const Eigen::VectorXd& u) {
+Eigen::MatrixXd rigid_motions(const HexMesh& mesh, const FreeDofs& free, const Eigen::VectorXd& u) {
   Eigen::Matrix3Xd x = mesh.nodes;
   if (u.size() > 0) x += u.reshaped(3, mesh.num_nodes());
   const Eigen::Vector3d low = x.rowwise().minCoeff();
@@ -37,12 +35,13 @@ Eigen::MatrixXd rigid_motions(const HexMesh& mesh,
   x /= 0.5 * (high - low).norm();
 
   Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
-  for (const int node : held_nodes) {
-    const Matrix3x6 motions = motions_at(x.col(node));
-    gram += motions.transpose() * motions;
+  const std::vector<int> held = free.held_dofs();
+  for (const int dof : held) {
+    const Eigen::Matrix<double, 1, 6> motion = motions_at(x.col(dof / 3)).row(dof % 3);
+    gram += motion.transpose() * motion;
   }
   Eigen::MatrixXd combinations = Eigen::MatrixXd::Identity(6, 6);
-  if (!held_nodes.empty()) {
+  if (!held.empty()) {
     const Eigen::JacobiSVD<Eigen::Matrix<double, 6, 6>> svd(gram, Eigen::ComputeFullV);
     // A cell far smaller than 1 / sqrt(kAtRest) of the body may not be mistaken for a point.
     const auto rank = (svd.singularValues().array() > kAtRest).count();

@@ -17,7 +17,8 @@ struct ShiftedProblem {
   double sigma = 0.0;     ///< below the eigenvalues wanted
   Operator apply_mass;    ///< M x
   Operator apply_solver;  ///< (K - sigma M)^-1 x
-  Eigen::VectorXd start;  ///< a vector with a part of every mode wanted
+  /// Eigenvectors already known, M-orthonormal; only what is M-orthogonal to them is sought.
+  Eigen::MatrixXd known;
 };
 
 struct LanczosResult {
@@ -27,8 +28,14 @@ struct LanczosResult {
   std::string message;
 };
 
-/// The `count` smallest eigenvalues by ARPACK's implicitly restarted Lanczos iteration in
-/// shift-invert mode. Needs 0 < count < size.
-[[nodiscard]] LanczosResult run_lanczos(const ShiftedProblem& problem, int count, double tolerance);
+/// The `count` smallest eigenvalues beside the known ones, by ARPACK's implicitly restarted Lanczos
+/// iteration in shift-invert mode.
+///
+/// A Lanczos iteration sees but one vector of a multiple eigenvalue (the two bendings of a square
+/// bar); therefore what is orthogonal to the vectors found is searched again until nothing smaller
+/// is left in it. Needs 0 < count < size - known.
+[[nodiscard]] LanczosResult find_smallest(const ShiftedProblem& problem,
+                                          int count,
+                                          double tolerance);
 
 }  // namespace twang

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fem/detail/thread_limits.hpp"
+
+#include <dlfcn.h>
+#include <omp.h>
+
+#include <fstream>
+
+namespace twang {
+namespace {
+
+/// OpenBLAS's own controls, if that is the BLAS in use: it is chosen when the program is loaded.
+struct OpenBlas {
+  int (*num_threads)() = nullptr;
+  void (*set_num_threads)(int) = nullptr;
+};
+
+const OpenBlas& open_blas() {
+  static const OpenBlas controls = {
+      reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads")),
+      reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads")),
+  };
+  return controls;
+}
+
+}  // namespace
+
+bool machine_is_busy() {
+  // "0.20 0.18 0.12 1/80 11206": the fourth field is the number of tasks that could run now.
+  std::ifstream file("/proc/loadavg");
+  double average = 0.0;
+  int runnable = 0;
+  if (!(file >> average >> average >> average >> runnable)) return false;
+  return runnable >= omp_get_num_procs();  // this task is one of them
+}
+
+ThreadLimits::ThreadLimits(bool single_blas) : m_active_levels(omp_get_max_active_levels()) {
+  omp_set_max_active_levels(0);
+  const OpenBlas& blas = open_blas();
+  if (!single_blas || blas.num_threads == nullptr || blas.set_num_threads == nullptr) return;
+  m_blas_threads = blas.num_threads();
+  blas.set_num_threads(1);
+}
+
+ThreadLimits::~ThreadLimits() {
+  omp_set_max_active_levels(m_active_levels);
+  if (m_blas_threads > 0) open_blas().set_num_threads(m_blas_threads);
+}
+
+}  // namespace twang
