@@ -186,7 +186,10 @@ RunSummary run(NewmarkIntegrator& integrator,
     summary.factorizations += report.factorizations;
     if (report.termination != Termination::Converged) {
       summary.termination = report.termination;
-      summary.message = fmt::format("the step at {} s failed: {}", state.time_s, report.message);
+      summary.message = fmt::format("the step at {} s failed: {}; a step_s below {} may do",
+                                    state.time_s,
+                                    report.message,
+                                    step_s);
       break;
     }
     state.time_s = start_s + i * step_s;

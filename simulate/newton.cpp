@@ -22,7 +22,7 @@ using detail::StaleFactor;
 constexpr double kSufficientDecrease = 1e-4;          // of the merit's square root, per step [-]
 constexpr double kSmallestStepLength = 1.0 / 1024.0;  // of the Newton step [-]
 constexpr int kMaxLinearIterations = 60;              // before a new factor is the better buy
-constexpr double kFirstForcing = 0.005;                // accuracy of the first linear solve [-]
+constexpr double kFirstForcing = 0.005;               // accuracy of the first linear solve [-]
 constexpr double kLargestForcing = 0.3;               // of any
 constexpr double kForcingMargin = 0.3;  // of the reduction that would just reach the tolerance [-]
 constexpr double kScaleMemory = 0.99;   // of the largest force met, a step [-]
@@ -154,13 +154,13 @@ bool StepNewton::Impl::iterate(
     const bool sound = linear.finite && linear.iterations > 0;
     if (sound && (linear.converged || fresh) && search_line(equation, -linear.x, goal, trial))
       return true;
-    if (!linear.finite && at.with_damping_rate) {  // u + v / gamma may turn elements inside out
-      at.with_damping_rate = false;
+    if (fresh || !linear.finite) {  // u + v / gamma is too far ahead, perhaps inside out
+      if (at.differences) {
+        report.message = "no step lowered the residual force";
+        return false;
+      }
+      at.differences = true;
       continue;
-    }
-    if (fresh) {
-      report.message = "no step lowered the residual force";
-      return false;
     }
     if (!renew(at, report)) {
       report.message = "the matrix of the step could not be factorized";

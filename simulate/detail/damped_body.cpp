@@ -10,6 +10,8 @@
 namespace twang::detail {
 namespace {
 
+constexpr double kDifference = 1e-3;  // of the way v / gamma, for differences of K [-]
+
 std::vector<int> checked_nodes(const HexMesh& mesh, const std::vector<int>& nodes) {
   for (const int node : nodes)
     if (node < 0 || node >= mesh.num_nodes())
@@ -81,29 +83,34 @@ Eigen::VectorXd DampedBody::resisting_force(const Eigen::VectorXd& u,
 
 Eigen::VectorXd DampedBody::step_product(const Linearization& at, const Eigen::VectorXd& w) const {
   Eigen::VectorXd product = (at.mu_per_s2 + at.gamma_per_s * m_a) * mass_product(w);
-  const double rate = at.with_damping_rate ? 1.0 : 0.0;
-  if (m_one_b) {
+  if (at.differences) {
+    product += m_body.stiffness_product(at.u, w);
+    product += at.gamma_per_s * m_body.stiffness_damping_force(at.u, w);
+    const Eigen::VectorXd ahead = (kDifference / at.gamma_per_s) * at.v;
+    product +=
+        (0.5 * at.gamma_per_s / kDifference) * (m_body.stiffness_damping_force(at.u + ahead, w) -
+                                                m_body.stiffness_damping_force(at.u - ahead, w));
+  } else if (m_one_b) {
     const double weight = 1.0 + at.gamma_per_s * m_b;
-    product += weight * m_body.stiffness_product(at.u + (rate * m_b / weight) * at.v, w);
+    product += weight * m_body.stiffness_product(at.u + (m_b / weight) * at.v, w);
   } else {
     product += m_body.stiffness_product(at.u, w);
-    product +=
-        at.gamma_per_s * m_body.stiffness_damping_force(at.u + (rate / at.gamma_per_s) * at.v, w);
+    product += at.gamma_per_s * m_body.stiffness_damping_force(at.u + at.v / at.gamma_per_s, w);
   }
   clear_held(product);
   return product;
 }
 
 SparseMatrix DampedBody::step_matrix(const Linearization& at) const {
-  const double rate = at.with_damping_rate ? 1.0 : 0.0;
+  const double ahead = at.differences ? 0.0 : 1.0;
   SparseMatrix H;
   if (m_one_b) {
     const double weight = 1.0 + at.gamma_per_s * m_b;
-    H = m_body.stiffness(at.u + (rate * m_b / weight) * at.v);
+    H = m_body.stiffness(at.u + (ahead * m_b / weight) * at.v);
     H *= weight;
   } else {
-    H = m_body.stiffness(at.u) +
-        at.gamma_per_s * m_body.stiffness_damping(at.u + (rate / at.gamma_per_s) * at.v);
+    H = m_body.stiffness(at.u);
+    H += at.gamma_per_s * m_body.stiffness_damping(at.u + (ahead / at.gamma_per_s) * at.v);
   }
   m_body.add_scaled_mass(at.mu_per_s2 + at.gamma_per_s * m_a, H);
   return m_free.restrict_matrix(H);

@@ -36,6 +36,11 @@ bool StaleFactor::renew(const DampedBody::Linearization& at) {
   m_mu = at.mu_per_s2;
   m_gamma = at.gamma_per_s;
   SolveStatus status = factorize(at);
+  if (status == SolveStatus::NotPositiveDefinite && !at.differences) {
+    DampedBody::Linearization here = at;
+    here.differences = true;
+    status = factorize(here);
+  }
   if (status == SolveStatus::NotPositiveDefinite) {
     DampedBody::Linearization rest = at;
     rest.u.setZero();

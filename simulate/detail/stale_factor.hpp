@@ -28,8 +28,8 @@ class StaleFactor {
  public:
   explicit StaleFactor(const DampedBody& body);
 
-  /// Factorizes the step matrix at `at`, that of the undeformed body if it is not positive definite
-  /// there.
+  /// Factorizes the step matrix at `at`; if it is not positive definite there, without the
+  /// derivative of D, and at last that of the undeformed body.
   /// @return  false if neither can be factorized (out of memory)
   bool renew(const DampedBody::Linearization& at);
   /// Whether there is a factor and its weights of inertia and velocity are those of `at`.
