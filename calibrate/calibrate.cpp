@@ -2,6 +2,7 @@
 #include "calibrate/calibrate.hpp"
 
 #include "calibrate/join_repeats.hpp"
+#include "calibrate/window_stability.hpp"
 #include "coarsen/prestress.hpp"
 #include "core/error.hpp"
 #include "core/sha256.hpp"
@@ -106,6 +107,21 @@ InversionResult invert_jointly(const std::vector<Repeat>& repeats,
   return result;
 }
 
+/// The joint inversion's strongest sinusoid with what its windows add: the mean of the repeats'
+/// spreads.
+DampedSinusoid widened_fundamental(const Calibration& calibration,
+                                   const CalibrationOptions& options) {
+  WindowStability mean;
+  const auto count = static_cast<double>(calibration.repeats.size());
+  for (const Repeat& repeat : calibration.repeats) {
+    const WindowStability stability =
+        window_stability(repeat.trace, repeat.columns, repeat.inversion, options.inversion);
+    mean.frequency_spread_hz += stability.frequency_spread_hz / count;
+    mean.decay_spread_per_s += stability.decay_spread_per_s / count;
+  }
+  return widened(calibration.inversion.modes.front(), mean);
+}
+
 double between_repeats(const std::vector<Repeat>& repeats) {
   std::vector<double> lambdas;
   for (const Repeat& repeat : repeats)
@@ -186,7 +202,7 @@ Provenance provenance_of(const Rig& rig,
 }
 
 Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibration& calibration) {
-  const DampedSinusoid& mode = calibration.inversion.modes.front();
+  const DampedSinusoid& mode = calibration.fundamental;
   const DampedTarget& target = calibration.target;
   const MeshRung& coarse = calibration.ladder.coarse;
   Material material;
@@ -240,7 +256,8 @@ Calibration calibrate_repeats(const Rig& rig,
   }
   calibration.repeats = std::move(repeats);
   calibration.inversion = invert_jointly(calibration.repeats, options);
-  calibration.target = damped_target(calibration.inversion.modes.front());
+  calibration.fundamental = widened_fundamental(calibration, options);
+  calibration.target = damped_target(calibration.fundamental);
 
   LadderOptions ladder = options.ladder;
   ladder.progress = options.progress;
@@ -250,8 +267,9 @@ Calibration calibrate_repeats(const Rig& rig,
   warn_about_overtones(
       calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
 
+  const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
   calibration.sensitivities =
-      modulus_sensitivities(rig, calibration.ladder.reference.front().mesh.requested_dx_m);
+      modulus_sensitivities(rig, calibration.ladder.reference[accurate].mesh.requested_dx_m);
   calibration.material = material_from(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();

@@ -42,8 +42,9 @@ struct Repeat {
 struct Calibration {
   Material material;
   std::vector<Repeat> repeats;
-  InversionResult inversion;  ///< joint over all repeats; with one, that repeat's own
-  DampedTarget target;        ///< of the joint inversion's strongest sinusoid
+  InversionResult inversion;   ///< joint over all repeats; with one, that repeat's own
+  DampedSinusoid fundamental;  ///< strongest sinusoid, its sigmas widened by window_stability
+  DampedTarget target;         ///< of the fundamental
   ModulusSensitivities sensitivities;
   MeshLadder ladder;
   std::optional<Validation> validation;  ///< of the first repeat

@@ -16,8 +16,8 @@ namespace twang {
 namespace {
 
 constexpr double kPeriodsCompared = 10.0;
-// The trapezoidal rule lengthens a period by (omega h)²/12: 1.3e-4 at this many steps a period.
-constexpr double kStepsPerPeriod = 160.0;
+// The trapezoidal rule lengthens a period by (omega h)²/12: 3.3e-4 at this many steps a period.
+constexpr double kStepsPerPeriod = 100.0;
 
 /// One sinusoid of the signal carried by a shape of the mesh.
 struct CarriedMode {
@@ -124,7 +124,7 @@ double interpolated(const std::vector<double>& x, const std::vector<double>& y, 
 
 /// f and d of the simulated observable, by the same inversion as the tracked one.
 void measure_simulated(Validation& validation, const DampedSinusoid& tracked) {
-  constexpr std::size_t kEveryNth = 8;  // 20 samples a period are plenty
+  constexpr std::size_t kEveryNth = 5;  // 20 samples a period are plenty
   Trace trace;
   Channel channel{"simulated", {}};
   for (std::size_t i = 0; i < validation.fine_time_s.size(); i += kEveryNth) {
