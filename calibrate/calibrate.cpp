@@ -201,6 +201,9 @@ Provenance provenance_of(const Rig& rig,
   return provenance;
 }
 
+/// Takes the round-off out of a cell size that was found as a difference of coordinates [m].
+double rounded_to_picometres(double length_m) { return std::round(length_m * 1e12) / 1e12; }
+
 Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibration& calibration) {
   const DampedSinusoid& mode = calibration.fundamental;
   const DampedTarget& target = calibration.target;
@@ -216,7 +219,8 @@ Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibra
   material.youngs_modulus_numerical_pa =
       modulus_for_target(rig, coarse, elastic, coarse.modes.lambda_per_s2[0], target.lambda_per_s2);
   material.numerical_element = to_string(coarse.mesh.kind);
-  material.numerical_dx_mm = coarse.mesh.requested_dx_m * kMillimetresPerMetre;
+  material.numerical_dx_mm =
+      rounded_to_picometres(coarse.mesh.requested_dx_m) * kMillimetresPerMetre;
   material.numerical_elements = coarse.mesh.num_elements();
   material.rig_sha256 = rig.sha256;
   material.damping_stiffness_b_s = target.damping_stiffness_b_s;
