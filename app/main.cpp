@@ -3,6 +3,7 @@
 #include "app/terminal.hpp"
 #include "core/error.hpp"
 #include "core/progress.hpp"
+#include "core/text.hpp"
 #include "core/version.hpp"
 
 #include <CLI/App.hpp>
@@ -10,12 +11,27 @@
 #include <CLI/Formatter.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <new>
+#include <string>
+#include <vector>
 
 namespace {
 
 enum ExitCode { kDone = 0, kNumericalFailure = 1, kBadInput = 2, kInterrupted = 130 };
+
+/// A mistyped command is named, with the nearest one; CLI11 would only say that one is required.
+void refuse_unknown_command(const CLI::App& cli, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> names;
+  for (const CLI::App* command : cli.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return;
+  throw twang::InputError(
+      fmt::format("'{}' is no command, did you mean '{}'? (twang --help lists them)",
+                  argv[1],
+                  twang::nearest_word(argv[1], names)));
+}
 
 int run_command_line(int argc, char** argv) {
   CLI::App cli{"twang: the material of a printed part from a film of its vibration"};
@@ -28,6 +44,7 @@ int run_command_line(int argc, char** argv) {
   twang::app::add_coarsen_command(cli);
   twang::app::add_table_command(cli);
   twang::app::add_render_command(cli);
+  refuse_unknown_command(cli, argc, argv);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& success) {

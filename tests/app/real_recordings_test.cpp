@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Recordings nobody here made, by the commands a user would type.
+#include "tests/support/real_recordings.hpp"
+
 #include "core/atomic_file.hpp"
 #include "core/material_file.hpp"
 #include "tests/support/command.hpp"
-#include "tests/support/real_recordings.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -49,6 +50,8 @@ TEST_P(SiliconeBeam, GravityReleaseGivesItsModulus) {
                                             trace.string(),
                                             "--column",
                                             "m0x_m",
+                                            "--dx",
+                                            "10",
                                             "--out",
                                             (folder / "out").string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -66,7 +69,7 @@ TEST_P(SiliconeBeam, GravityReleaseGivesItsModulus) {
 INSTANTIATE_TEST_SUITE_P(Both,
                          SiliconeBeam,
                          testing::Values("beam_gravity_V2_a.csv", "beam_gravity_V2_b.csv"),
-                         [](const auto& info) { return std::string(info.param).substr(16, 1); });
+                         [](const auto& test) { return std::string(test.param).substr(16, 1); });
 
 TEST_F(RealRecording, JumperRigOfThePaper) {
   for (const char* file :

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Both,
                          SampleFilm,
                          testing::Values(Sample{"strip.toml", "strip"},
                                          Sample{"lrig.toml", "lrig"}),
-                         [](const auto& info) { return std::string(info.param.film); });
+                         [](const auto& test) { return std::string(test.param.film); });
 
 TEST(SampleFilms, AreSmall) {
   constexpr std::uintmax_t kMostBytes = 3'000'000;

@@ -13,8 +13,15 @@ namespace {
 
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      result.append("'\\''");
+    } else {
+      result.push_back(c);
+    }
+  }
+  result.push_back('\'');
+  return result;
 }
 
 }  // namespace
@@ -22,11 +29,11 @@ std::string quoted(const std::string& text) {
 CommandOutcome run_twang(const std::vector<std::string>& arguments) {
   const TemporaryFolder folder;
   std::string line = quoted(TWANG_EXECUTABLE);
-  for (const std::string& argument : arguments) line += " " + quoted(argument);
+  for (const std::string& argument : arguments) line.append(" ").append(quoted(argument));
   const std::string out = (folder / "out").string();
   const std::string err = (folder / "err").string();
-  const int status =
-      std::system((line + " >" + quoted(out) + " 2>" + quoted(err) + " </dev/null").c_str());
+  line.append(" >").append(quoted(out)).append(" 2>").append(quoted(err)).append(" </dev/null");
+  const int status = std::system(line.c_str());
   CommandOutcome outcome;
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   outcome.out = read_file(out);
