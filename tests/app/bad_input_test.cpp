@@ -131,7 +131,7 @@ TEST_F(BadInput, RigWithNegativeSize) {
 TEST_F(BadInput, RigWithMarkerOffThePart) {
   expect_rig_refused(
       with_line_replaced(read_file(kStrip), "position_mm = [76.0, ", "position_mm = [176.0, "),
-      "tip");
+      "marker.1.position_mm");
 }
 
 TEST_F(BadInput, EmptyTrace) { expect_trace_refused("", "trace.csv"); }

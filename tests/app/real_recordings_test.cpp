@@ -105,7 +105,7 @@ TEST_F(RealRecording, TowerFilmFromFourClicks) {
                                             "base=320,953"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   // the release near frame 147 and the free motion before the next pull
-  const auto modes = invert({trace, "--start", "6.5", "--end", "9.0"}).at("modes");
+  const auto modes = invert({trace, "--start", "6.38", "--end", "8.5"}).at("modes");
   ASSERT_FALSE(modes.empty());
   EXPECT_NEAR(modes[0].at("frequency_hz").get<double>(), 6.97, 0.15);
   EXPECT_NEAR(modes[0].at("damping_ratio").get<double>(), 0.086, 0.02);
