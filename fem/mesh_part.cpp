@@ -14,8 +14,8 @@
 namespace twang {
 namespace {
 
-/// Grids tried in search of a dx that would do stay below this, to answer within a second or two.
-constexpr double kMaxTrialCells = 4e6;
+/// Grids tried in search of a dx that would do stay below this, to answer within a second.
+constexpr double kMaxTrialCells = 1e6;
 constexpr int kMaxTrials = 8;
 
 using Kind = VoxelFault::Kind;

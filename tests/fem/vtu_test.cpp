@@ -10,7 +10,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <regex>
 
 namespace twang {
 namespace {
@@ -18,12 +17,13 @@ namespace {
 /// The values of the array `name`: its offset read from the XML, its bytes from the appended data.
 template <class Value>
 std::vector<Value> array_of(const std::string& file, const std::string& name) {
-  std::smatch match;
-  const std::regex pattern("Name=\"" + name + "\"[^>]*offset=\"([0-9]+)\"");
-  if (!std::regex_search(file, match, pattern)) return {};
+  const std::size_t named = file.find("Name=\"" + name + "\"");
+  if (named == std::string::npos) return {};
+  const std::string key = "offset=\"";
+  const std::size_t offset = std::stoul(file.substr(file.find(key, named) + key.size(), 20));
   const std::size_t data =
       file.find("encoding=\"raw\">") + std::string("encoding=\"raw\">\n_").size();
-  const std::size_t at = data + std::stoul(match[1]);
+  const std::size_t at = data + offset;
   std::uint64_t length = 0;
   std::memcpy(&length, file.data() + at, sizeof length);
   std::vector<Value> values(length / sizeof(Value));
