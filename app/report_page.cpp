@@ -4,6 +4,7 @@
 #include "capture/png.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "report/material_table.hpp"
 
 #include <fmt/format.h>
 
@@ -16,22 +17,25 @@ namespace {
 std::string percent(double relative) { return rounded_text(100.0 * relative, 2) + " %"; }
 
 std::string with_sigma(double value, double sigma, const char* unit) {
-  return fmt::format("{} ± {} {}", rounded_text(value, 5), rounded_text(sigma, 2), unit);
+  return text_with_sigma(value, sigma) + " " + unit;
 }
 
-/// "1.234 GPa", "263.8 kPa": a modulus in the unit in which it is easily read.
-std::string modulus_text(double pa) {
+/// "1.71 ± 0.27 GPa", "263.8 kPa" without a sigma: a modulus in the unit in which it is easily
+/// read.
+std::string modulus_text(double pa, double sigma_pa = kNaN) {
   struct Unit {
     double pa;
     const char* name;
   };
-  for (const Unit unit : {Unit{1e9, "GPa"}, Unit{1e6, "MPa"}, Unit{1e3, "kPa"}}) {
-    if (pa >= unit.pa) return fmt::format("{} {}", rounded_text(pa / unit.pa, 4), unit.name);
+  Unit easy{1.0, "Pa"};
+  for (const Unit unit : {Unit{1e3, "kPa"}, Unit{1e6, "MPa"}, Unit{1e9, "GPa"}}) {
+    if (pa >= unit.pa) easy = unit;
   }
-  return fmt::format("{} Pa", rounded_text(pa, 4));
+  const std::string number = std::isfinite(sigma_pa)
+                                 ? text_with_sigma(pa / easy.pa, sigma_pa / easy.pa)
+                                 : rounded_text(pa / easy.pa, 4);
+  return number + " " + easy.name;
 }
-
-std::string unit_label(const std::string& column) { return column; }
 
 ReportSection film_section(const Repeat& repeat) {
   const TrackResult& film = *repeat.film;
@@ -73,23 +77,23 @@ ReportSection trace_section(const Repeat& repeat) {
   const Channel& channel = *repeat.trace.find(repeat.columns.front());
   ReportSection section;
   section.title = "The trace and its fit";
-  section.paragraphs.push_back(
-      fmt::format("{} Used from {} s to {} s, {} samples; the residual lies {} dB below the "
-                  "strongest sinusoid.",
-                  inversion.method,
-                  rounded_text(inversion.time_origin_s, 5),
-                  rounded_text(inversion.time_end_s, 5),
-                  inversion.num_samples,
-                  rounded_text(inversion.snr_db, 3)));
+  section.paragraphs.push_back(fmt::format(
+      "Found by {}. Used from {} s to {} s, {} samples; the residual lies {} dB below the "
+      "strongest sinusoid.",
+      inversion.method,
+      rounded_text(inversion.time_origin_s, 5),
+      rounded_text(inversion.time_end_s, 5),
+      inversion.num_samples,
+      rounded_text(inversion.snr_db, 3)));
   Chart chart;
   chart.x_label = "time [s]";
-  chart.y_label = unit_label(channel.name);
+  chart.y_label = channel.name;
   chart.series.push_back(
       {"tracked", repeat.trace.time_s, channel.values, ChartSeries::Style::Points});
   ChartSeries fit{"fit", {}, {}, ChartSeries::Style::Line};
   Chart residual;
   residual.x_label = "time [s]";
-  residual.y_label = "tracked - fit, " + unit_label(channel.name);
+  residual.y_label = "tracked - fit, " + channel.name;
   ChartSeries rest{"residual", {}, {}, ChartSeries::Style::Points};
   constexpr int kPointsPerPeriod = 24;
   const double step_s = 1.0 / (inversion.modes.front().frequency_hz * kPointsPerPeriod);
@@ -115,7 +119,7 @@ ReportSection spectrum_section(const Repeat& repeat) {
   section.title = "The spectrum and the sinusoids found";
   Chart chart;
   chart.x_label = "frequency [Hz]";
-  chart.y_label = "amplitude, " + unit_label(repeat.columns.front());
+  chart.y_label = "amplitude, " + repeat.columns.front();
   chart.log_y = true;
   chart.series.push_back({"spectrum",
                           repeat.spectrum.frequency_hz,
@@ -289,9 +293,8 @@ TextTable key_figures(const Material& material) {
   table.head = {"quantity", "value", "meaning"};
   table.rows = {
       {"E, identified",
-       fmt::format("{} ± {}",
-                   modulus_text(material.youngs_modulus_identified_pa),
-                   modulus_text(material.youngs_modulus_identified_sigma_pa)),
+       modulus_text(material.youngs_modulus_identified_pa,
+                    material.youngs_modulus_identified_sigma_pa),
        "Young's modulus of the limit mesh: the material's own"},
       {"E_n, numerical",
        modulus_text(material.youngs_modulus_numerical_pa),
@@ -327,10 +330,10 @@ ReportContent report_page(const Rig& rig, const Calibration& calibration) {
   const Material& material = calibration.material;
   ReportContent content;
   content.title = rig.name;
-  content.headline = fmt::format("{}: E = {} ± {}, b = {} s at {} Hz",
+  content.headline = fmt::format("{}: E = {}, b = {} s at {} Hz",
                                  material.material,
-                                 modulus_text(material.youngs_modulus_identified_pa),
-                                 modulus_text(material.youngs_modulus_identified_sigma_pa),
+                                 modulus_text(material.youngs_modulus_identified_pa,
+                                              material.youngs_modulus_identified_sigma_pa),
                                  rounded_text(material.damping_stiffness_b_s, 4),
                                  rounded_text(material.frequency_hz, 4));
   content.key_figures = key_figures(material);
