@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/video_reader.hpp"
+#include "tests/support/real_recordings.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <vector>
 
@@ -13,8 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST(VideoReader, ReadsARealFilmToItsEnd) {
-  const char* folder = std::getenv("TWANG_REAL_DATA");
-  const fs::path real = folder ? fs::path(folder) : fs::path(TWANG_SOURCE_DIR) / "../shared/real";
+  const fs::path real = real_recordings();
   const fs::path path = real / "knex_tower" / "tower.mp4";
   if (!fs::exists(path)) GTEST_SKIP() << "the real recordings are not beside the checkout";
   VideoReader reader(path);

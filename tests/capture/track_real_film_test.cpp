@@ -4,11 +4,11 @@
 #include "core/trace_file.hpp"
 #include "rigs/load_rig.hpp"
 #include "tests/support/expect_refusal.hpp"
+#include "tests/support/real_recordings.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -26,9 +26,7 @@ constexpr double kReferenceScale = 2.0;
 class RealFilm : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("TWANG_REAL_DATA");
-    const fs::path real = folder ? fs::path(folder) : fs::path(TWANG_SOURCE_DIR) / "../shared/real";
-    m_folder = real / "knex_tower";
+    m_folder = real_recordings() / "knex_tower";
     if (!fs::exists(m_folder / "tower.mp4")) {
       GTEST_SKIP() << "the real recordings are not beside the checkout";
     }

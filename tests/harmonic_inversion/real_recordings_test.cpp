@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/support/real_recordings.hpp"
+
 #include "core/trace_file.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 namespace twang {
 namespace {
 
-/// The folder of recordings: TWANG_REAL_DATA, else `../shared/real` beside the checkout.
-std::filesystem::path recording(const std::string& name) {
-  const char* folder = std::getenv("TWANG_REAL_DATA");
-  const std::filesystem::path base =
-      folder != nullptr ? std::filesystem::path(folder)
-                        : std::filesystem::path(TWANG_SOURCE_DIR) / ".." / "shared" / "real";
-  return base / name;
-}
+std::filesystem::path recording(const std::string& name) { return test::real_recordings() / name; }
 
 #define TWANG_NEED_RECORDING(path) \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no recording at " << (path).string()

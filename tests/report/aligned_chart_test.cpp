@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "report/detail/aligned_chart.hpp"
+
 #include "core/constants.hpp"
 #include "core/error.hpp"
-#include "report/detail/aligned_chart.hpp"
 #include "report/detail/html_text.hpp"
 
 #include <gtest/gtest.h>

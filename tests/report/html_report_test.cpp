@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/version.hpp"
 #include "report/html_report.hpp"
+
+#include "core/version.hpp"
 #include "tests/report/sample_content.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "report/material_table.hpp"
+
 #include "core/error.hpp"
 #include "core/material_file.hpp"
-#include "report/material_table.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
