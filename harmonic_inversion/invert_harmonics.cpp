@@ -181,6 +181,22 @@ void add_alias_notes(double rate_hz, InversionResult& out) {
   }
 }
 
+void add_overlap_notes(InversionResult& out) {
+  for (std::size_t k = 0; k < out.modes.size(); ++k) {
+    for (std::size_t j = k + 1; j < out.modes.size(); ++j) {
+      const DampedSinusoid& a = out.modes[k];
+      const DampedSinusoid& b = out.modes[j];
+      const double width = (a.decay_per_s + b.decay_per_s) / kTwoPi;
+      if (std::abs(a.frequency_hz - b.frequency_hz) >= width) continue;
+      out.notes.push_back(fmt::format(
+          "The modes at {:.5g} and {:.5g} Hz overlap: they may be one whose frequency or "
+          "damping changes with amplitude.",
+          a.frequency_hz,
+          b.frequency_hz));
+    }
+  }
+}
+
 std::string describe(const InversionResult& out) {
   if (out.modes.empty()) {
     return fmt::format(
@@ -249,6 +265,7 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
                     selection.num_outliers == 1 ? "" : "s"));
   }
   add_alias_notes(1.0 / window.step_s, out);
+  add_overlap_notes(out);
   out.method = describe_method(selection, out);
   out.termination = selection.fit.termination;
   out.message = describe(out);

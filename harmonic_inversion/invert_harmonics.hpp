@@ -21,10 +21,11 @@ struct Band {
 
 struct InversionOptions {
   std::optional<Band> band_hz;  ///< absent: 1.5 / duration to 0.98 Nyquist
-  std::optional<double>
-      start_s;  ///< absent: after the release if one is seen, else the first sample [s]
-  std::optional<double>
-      end_s;          ///< absent: the last sample, or the next disturbance after the release [s]
+  /// Absent: after the release if one is seen, else the first sample. Given while the part is still
+  /// held or pulled, it moves to the free motion after the release, and a note says so [s]
+  std::optional<double> start_s;
+  /// Absent: the last sample, or the next disturbance after the release [s]
+  std::optional<double> end_s;
   int max_modes = 0;  ///< strongest kept; 0: all that the data support
   ProgressCallback progress = {};
   void check() const;  ///< throws InputError naming field, value, allowed range
@@ -56,7 +57,7 @@ struct InversionResult {
   int num_samples = 0;                    ///< finite samples used, all channels
   std::string method;  ///< how the modes were found and how many the data support
   std::vector<RejectedMode> rejected;
-  std::vector<std::string> notes;  ///< alias twins, growing modes ...: one sentence each
+  std::vector<std::string> notes;  ///< window, alias twins, growing modes ...: one sentence each
   Termination termination = Termination::NotRun;
   std::string message;  ///< one sentence for a person
 
