@@ -302,8 +302,12 @@ void InversionOptions::check() const {
   }
 }
 
+double InversionResult::origin_s(std::size_t channel) const {
+  return channel < channel_origins_s.size() ? channel_origins_s[channel] : time_origin_s;
+}
+
 double InversionResult::evaluate(std::size_t channel, double time_s) const {
-  const double t = time_s - channel_origins_s[channel];
+  const double t = time_s - origin_s(channel);
   double value = offsets[channel] + drifts_per_s[channel] * t;
   for (const DampedSinusoid& mode : modes) {
     const SinusoidInChannel& part = mode.channels[channel];
@@ -314,7 +318,7 @@ double InversionResult::evaluate(std::size_t channel, double time_s) const {
 }
 
 double InversionResult::evaluate_rate(std::size_t channel, double time_s) const {
-  const double t = time_s - channel_origins_s[channel];
+  const double t = time_s - origin_s(channel);
   double rate = 0.0;
   for (const DampedSinusoid& mode : modes) {
     const SinusoidInChannel& part = mode.channels[channel];

@@ -48,8 +48,7 @@ struct InversionResult {
   double time_end_s = kNaN;           ///< the last sample used [s]
   std::optional<double> release_s;    ///< when the free motion was seen to begin [s]
   std::vector<std::string> channel_names;
-  std::vector<double> channel_origins_s;  ///< t0 of each channel: time_origin_s, unless it comes
-                                          ///< from another trace [s]
+  std::vector<double> channel_origins_s;  ///< t0 of each channel; empty: time_origin_s [s]
   std::vector<double> offsets;            ///< one a channel, in its unit, at t0
   std::vector<double> drifts_per_s;       ///< slow linear drift, one a channel, 0 where not fitted
   double residual_rms = kNaN;             ///< root sum of squares over the channels, in their unit
@@ -62,6 +61,8 @@ struct InversionResult {
   std::string message;  ///< one sentence for a person
 
   [[nodiscard]] bool usable() const { return !modes.empty(); }
+  /// The time origin of a channel: its entry in `channel_origins_s`, else `time_origin_s` [s].
+  [[nodiscard]] double origin_s(std::size_t channel) const;
   /// The model's value in channel `channel` at `time_s`.
   [[nodiscard]] double evaluate(std::size_t channel, double time_s) const;
   /// Its time derivative, without the drift: the velocity of the vibration [unit/s].
