@@ -12,13 +12,14 @@ namespace twang {
 
 enum class SolveStatus { Ok, NotPositiveDefinite, OutOfMemory, NotFactorized, Failed };
 
-/// Symmetric linear systems in three phases. Callers never name a library.
+/// Symmetric linear systems in three phases; of a matrix stored whole only the upper triangle is
+/// read. Callers never name a library.
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
   /// Orders and analyses the pattern of `A`; kept until called again.
   virtual SolveStatus analyze(const SparseMatrix& A) = 0;
-  /// Factorizes a matrix of the analysed pattern.
+  /// Factorizes a matrix of the analysed pattern; after a failure there is no factor.
   virtual SolveStatus factorize(const SparseMatrix& A) = 0;
   /// Solves A X = B, (n x k).
   virtual SolveStatus solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) = 0;
@@ -26,7 +27,8 @@ class LinearSolver {
   [[nodiscard]] virtual std::string name() const = 0;
 };
 
-/// Sparse supernodal Cholesky; positive definite matrices only.
+/// Sparse supernodal Cholesky; positive definite matrices only. Ordered by nested dissection; a
+/// second thread is used for factorizations of more than a second, on an idle machine.
 [[nodiscard]] std::unique_ptr<LinearSolver> make_cholesky_solver();
 
 }  // namespace twang
