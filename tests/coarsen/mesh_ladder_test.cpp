@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
 
-Rig stub() { return test::beam(mm(40, 10, 5), 0.3, 1000.0); }
+Rig short_beam() { return test::beam(mm(40, 10, 5), 0.3, 1000.0); }
 
 LadderOptions small_ladder() {
   LadderOptions options;
@@ -49,15 +49,15 @@ TEST(LadderOptions, EachBoundIsRefused) {
 }
 
 TEST(MeshLadder, RefusesARigThatLeavesNothingToIdentify) {
-  Rig without_part = stub();
+  Rig without_part = short_beam();
   without_part.parts.clear();
   EXPECT_THROW((void)build_mesh_ladder(without_part), InputError);
 
-  Rig without_clamp = stub();
+  Rig without_clamp = short_beam();
   without_clamp.clamps.clear();
   EXPECT_THROW((void)build_mesh_ladder(without_clamp), InputError);
 
-  Rig of_two_materials = stub();
+  Rig of_two_materials = short_beam();
   RigMaterial other = of_two_materials.materials.front();
   other.name = "other";
   of_two_materials.materials.push_back(other);
@@ -67,7 +67,8 @@ TEST(MeshLadder, RefusesARigThatLeavesNothingToIdentify) {
 
 TEST(CountDofs, EqualsTheMeshThatIsBuilt) {
   for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {
-    EXPECT_EQ(count_dofs(stub(), 2.5e-3, kind), mesh_part(stub(), 2.5e-3, kind).num_dofs());
+    EXPECT_EQ(count_dofs(short_beam(), 2.5e-3, kind),
+              mesh_part(short_beam(), 2.5e-3, kind).num_dofs());
     EXPECT_EQ(count_dofs(test::l_rig(), 1.5e-3, kind),
               mesh_part(test::l_rig(), 1.5e-3, kind).num_dofs());
   }
@@ -75,9 +76,9 @@ TEST(CountDofs, EqualsTheMeshThatIsBuilt) {
 
 TEST(StartingDx, IsTheSmallestEdgeOfTheSolids) {
   std::vector<std::string> notes;
-  EXPECT_DOUBLE_EQ(starting_dx(stub(), {}, notes), 5e-3);
+  EXPECT_DOUBLE_EQ(starting_dx(short_beam(), {}, notes), 5e-3);
   EXPECT_NEAR(starting_dx(test::l_rig(), {}, notes), 1.5e-3, 1e-15);  // a difference of coordinates
-  Rig with_post = stub();
+  Rig with_post = short_beam();
   with_post.parts.push_back({"part", Cylinder{mm(35, 5, 5), mm(35, 5, 25), 2e-3}});
   EXPECT_DOUBLE_EQ(starting_dx(with_post, {}, notes), 4e-3);
   EXPECT_TRUE(notes.empty());
@@ -101,14 +102,14 @@ TEST(StartingDx, IsDoubledWhereTheMeshWouldBeTooLargeAndSaysSo) {
   LadderOptions options;
   options.start_dx_m = 1.25e-3;
   options.max_dofs = 3000;
-  EXPECT_DOUBLE_EQ(starting_dx(stub(), options, notes), 2.5e-3);  // 2607 unknowns
+  EXPECT_DOUBLE_EQ(starting_dx(short_beam(), options, notes), 2.5e-3);  // 2607 unknowns
   EXPECT_EQ(notes.size(), 1U);
   options.max_dofs = 10;
-  EXPECT_THROW((void)starting_dx(stub(), options, notes), InputError);
+  EXPECT_THROW((void)starting_dx(short_beam(), options, notes), InputError);
 }
 
 TEST(MeshLadder, HalvesFromRungToRungAndFillsEveryPart) {
-  const MeshLadder ladder = build_mesh_ladder(stub(), small_ladder());
+  const MeshLadder ladder = build_mesh_ladder(short_beam(), small_ladder());
   ASSERT_GE(ladder.reference.size(), 2U);
   for (std::size_t i = 1; i < ladder.reference.size(); ++i) {
     EXPECT_DOUBLE_EQ(ladder.reference[i].mesh.requested_dx_m,
@@ -136,7 +137,7 @@ TEST(MeshLadder, HalvesFromRungToRungAndFillsEveryPart) {
 }
 
 TEST(MeshLadder, TakesTheCoarsestMeshThatKeepsTheShapes) {
-  const MeshLadder ladder = build_mesh_ladder(stub(), small_ladder());
+  const MeshLadder ladder = build_mesh_ladder(short_beam(), small_ladder());
   double coarsest = 0.0;
   for (const CoarseCandidate& candidate : ladder.candidates) {
     if (candidate.passes) coarsest = std::max(coarsest, candidate.dx_m);
@@ -145,7 +146,7 @@ TEST(MeshLadder, TakesTheCoarsestMeshThatKeepsTheShapes) {
 
   LadderOptions strict = small_ladder();
   strict.shape_tolerance = 1e-6;
-  const MeshLadder none = build_mesh_ladder(stub(), strict);
+  const MeshLadder none = build_mesh_ladder(short_beam(), strict);
   EXPECT_FALSE(none.candidates.front().passes);
   EXPECT_DOUBLE_EQ(none.coarse.mesh.requested_dx_m, none.candidates.front().dx_m);
   EXPECT_GT(none.notes.size(), ladder.notes.size());
@@ -155,15 +156,15 @@ TEST(MeshLadder, TheWantedCoarseMeshOverrulesTheChoice) {
   LadderOptions options = small_ladder();
   options.coarse_dx_m = 4e-3;
   options.shape_tolerance = 1e-6;
-  const MeshLadder ladder = build_mesh_ladder(stub(), options);
+  const MeshLadder ladder = build_mesh_ladder(short_beam(), options);
   ASSERT_EQ(ladder.candidates.size(), 1U);
   EXPECT_FALSE(ladder.candidates.front().passes);
   EXPECT_DOUBLE_EQ(ladder.coarse.mesh.requested_dx_m, 4e-3);
 }
 
 TEST(MeshLadder, TheStatedModulusTakesNoPartAndIsMentioned) {
-  const MeshLadder plain = build_mesh_ladder(stub(), small_ladder());
-  Rig stated = stub();
+  const MeshLadder plain = build_mesh_ladder(short_beam(), small_ladder());
+  Rig stated = short_beam();
   stated.materials.front().youngs_modulus_pa = 2e9;
   const MeshLadder ladder = build_mesh_ladder(stated, small_ladder());
   EXPECT_EQ(ladder.limit.lambda_per_s2, plain.limit.lambda_per_s2);
@@ -189,7 +190,7 @@ TEST(MeshLadder, AStopAskedForComesThrough) {
     EXPECT_FALSE(progress.stage.empty());
     return ++calls < 3;
   };
-  EXPECT_THROW((void)build_mesh_ladder(stub(), options), Cancelled);
+  EXPECT_THROW((void)build_mesh_ladder(short_beam(), options), Cancelled);
   EXPECT_EQ(calls, 3);
 }
 
