@@ -30,6 +30,9 @@ constexpr double kTaper_px = 1.0;
 // Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
 // about the marker and so without effect on its place.
 constexpr double kMostCorrelation = 0.5;
+// Slope below which a pixel lies on plain ink or paper [contrasts/px].
+constexpr double kFlat = 0.02;
+constexpr double kFewestFlat = 40.0;
 // Between paper and ink; with less there is nothing to be seen [grey levels].
 constexpr double kLeastContrast = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
@@ -70,6 +73,30 @@ struct Layout {
 };
 
 /// The rectangle of pixels that a marker's window can touch, cut to the picture.
+/// Noise of the pixels where neither ink nor paper ends: at the edges, what a template lacks of the
+/// lens adds to it without moving the marker.
+struct FlatNoise {
+  double square = 0.0, count = 0.0;
+  double beside = 0.0, num_beside = 0.0;
+  double below = 0.0, num_below = 0.0;
+
+  void add(double residual, double left, double above) {
+    square += residual * residual, count += 1.0;
+    if (!std::isnan(left)) beside += residual * left, num_beside += 1.0;
+    if (!std::isnan(above)) below += residual * above, num_below += 1.0;
+  }
+  /// Mean square, times the factor by which neighbours' correlation widens a mean's variance.
+  [[nodiscard]] double variance() const {
+    const auto widening = [&](double sum, double pairs) {
+      const double rho = pairs > 0.0 && square > 0.0 ? sum / pairs / (square / count) : 0.0;
+      // A correlation that its own uncertainty explains counts as none.
+      const double bounded = std::clamp(rho - 1.0 / std::sqrt(pairs + 1.0), 0.0, kMostCorrelation);
+      return (1.0 + bounded) / (1.0 - bounded);
+    };
+    return square / count * widening(beside, num_beside) * widening(below, num_below);
+  }
+};
+
 struct Window {
   int x0, x1, y0, y1;  // half open
 };
@@ -281,8 +308,8 @@ void Alignment::judge() {
   const std::size_t width = static_cast<std::size_t>(std::max(0, area.x1 - area.x0));
   std::vector<double> above(width, kNaN);
   double sum_w = 0.0, sum_i = 0.0, sum_m = 0.0, sum_ii = 0.0, sum_mm = 0.0, sum_im = 0.0;
-  double square = 0.0, beside = 0.0, below = 0.0;
-  double num_beside = 0.0, num_below = 0.0;
+  double square = 0.0;
+  FlatNoise noise;
   Row row{};
   for (int y = area.y0; y < area.y1; ++y) {
     double left = kNaN;
@@ -306,22 +333,18 @@ void Alignment::judge() {
       sum_mm += model * model;
       sum_im += pixel * model;
       square += r * r;
-      if (!std::isnan(left)) beside += r * left, num_beside += 1.0;
-      if (!std::isnan(over)) below += r * over, num_below += 1.0;
-      left = over = r;
+      const bool flat = std::hypot(row[0], row[1]) < kFlat * std::abs(m_light[1]);
+      if (flat) noise.add(r, left, over);
+      left = over = flat ? r : kNaN;
     }
   }
-  const double variance = square / std::max(1.0, sum_w - m_layout.size);
-  const auto widening = [&](double sum, double count) {
-    const double rho = count > 0.0 && square > 0.0 ? sum / count / (square / sum_w) : 0.0;
-    const double bounded = std::clamp(rho, 0.0, kMostCorrelation);
-    return (1.0 + bounded) / (1.0 - bounded);
-  };
-  const double correlated = widening(beside, num_beside) * widening(below, num_below);
+  const double variance = noise.count > kFewestFlat
+                              ? noise.variance()
+                              : square / std::max(1.0, sum_w - m_layout.size);
   const NormalMatrix full = m_normal.selfadjointView<Eigen::Lower>();
   const NormalMatrix inverse =
       full.ldlt().solve(NormalMatrix::Identity(m_layout.size, m_layout.size));
-  m_result.sigma_px = std::sqrt(0.5 * (inverse(0, 0) + inverse(1, 1)) * variance * correlated +
+  m_result.sigma_px = std::sqrt(0.5 * (inverse(0, 0) + inverse(1, 1)) * variance +
                                 kSigmaFloor_px * kSigmaFloor_px);
   m_result.residual = std::sqrt(square / std::max(1.0, sum_w));
   const double spread_i = sum_ii - sum_i * sum_i / sum_w;
