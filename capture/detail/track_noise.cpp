@@ -4,28 +4,39 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
 namespace twang::detail {
 namespace {
 
-constexpr Eigen::Index kWindow = 24;  // frames
-// Dimensions of what is not noise: three sinusoids, or one with two overtones, offset and drift.
-constexpr Eigen::Index kSignal = 8;
+/// Length of the windows, and how many of their dimensions are not noise.
+struct WindowShape {
+  Eigen::Index length;  // [frames]
+  Eigen::Index signal;
+
+  [[nodiscard]] Eigen::Index noise() const { return length - signal; }
+};
+// Three sinusoids, or one with two overtones, offset and drift; where gaps leave few such windows,
+// two sinusoids and so on.
+constexpr std::array kShapes = {WindowShape{24, 8}, WindowShape{12, 6}};
 constexpr std::size_t kFewestWindows = 40;
 constexpr double kQuantile = 0.4;
-// That quantile of a chi-square variable over its mean, with the freedom of two coordinates' noise
-// dimensions (Wilson & Hilferty 1931: (1 − 2/9k + z √(2/9k))³, z = −0.2533 at 40 %).
-constexpr double kQuantileOverMean = 0.9563;
+constexpr double kQuantileInSigmas = -0.25335;  // of a Gaussian variable
+constexpr int kRounds = 4;
+constexpr double kStandsOut = 3.0;  // times the quantile
 constexpr double kMoves_px = 0.3;
 // The error of a still marker in a compressed film over the scatter of moving ones.
 constexpr double kStillPart = 0.3;
 // H.264 at a rate factor of 18 to 23, markers in motion.
 constexpr double kUsualCoding_px = 0.02;
 
-using WindowVector = Eigen::Matrix<double, kWindow, 1>;
-using WindowMatrix = Eigen::Matrix<double, kWindow, kWindow>;
+/// The quantile of a chi-square variable over its mean (Wilson & Hilferty 1931).
+double quantile_over_mean(double freedom) {
+  const double spread = 2.0 / (9.0 * freedom);
+  return std::pow(1.0 - spread + kQuantileInSigmas * std::sqrt(spread), 3);
+}
 
 Eigen::Vector2d mean_of_finite(const std::vector<Eigen::Vector2d>& positions, double& count) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -39,61 +50,82 @@ Eigen::Vector2d mean_of_finite(const std::vector<Eigen::Vector2d>& positions, do
 }
 
 /// Starts of the windows without a gap.
-std::vector<std::size_t> whole_windows(const std::vector<Eigen::Vector2d>& positions) {
+std::vector<std::size_t> whole_windows(const std::vector<Eigen::Vector2d>& positions,
+                                       std::size_t length) {
   std::vector<std::size_t> starts;
   std::size_t run = 0;
   for (std::size_t n = 0; n < positions.size(); ++n) {
     run = positions[n].allFinite() ? run + 1 : 0;
-    if (run >= static_cast<std::size_t>(kWindow)) {
-      starts.push_back(n + 1 - static_cast<std::size_t>(kWindow));
-    }
+    if (run >= length) starts.push_back(n + 1 - length);
   }
   return starts;
+}
+
+/// The windows of a track, one a column for either coordinate.
+Eigen::MatrixXd gather_windows(const std::vector<Eigen::Vector2d>& positions,
+                               const Eigen::Vector2d& mean,
+                               const std::vector<std::size_t>& starts,
+                               Eigen::Index length) {
+  Eigen::MatrixXd windows(length, 2 * static_cast<Eigen::Index>(starts.size()));
+  for (Eigen::Index w = 0; w < windows.cols(); ++w) {
+    const std::size_t start = starts[static_cast<std::size_t>(w / 2)];
+    for (Eigen::Index i = 0; i < length; ++i) {
+      windows(i, w) = (positions[start + static_cast<std::size_t>(i)] - mean)[w % 2];
+    }
+  }
+  return windows;
+}
+
+/// The windows' mean square in the noise dimensions, a low quantile made a mean. Windows that stand
+/// out (a release, a hand) do not shape the subspace a second time.
+double square_outside_signal(const Eigen::MatrixXd& windows, const WindowShape& shape) {
+  const Eigen::Index count = windows.cols() / 2;
+  const auto freedom = static_cast<double>(2 * shape.noise());
+  const auto rank = static_cast<std::size_t>(kQuantile * static_cast<double>(count));
+  std::vector<bool> used(static_cast<std::size_t>(count), true);
+  double quantile = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(shape.length, shape.length);
+    for (Eigen::Index w = 0; w < count; ++w) {
+      if (!used[static_cast<std::size_t>(w)]) continue;
+      covariance.selfadjointView<Eigen::Lower>().rankUpdate(windows.middleCols(2 * w, 2));
+    }
+    // Eigenvalues ascend: the first columns are the noise.
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+    const Eigen::MatrixXd noise =
+        solver.eigenvectors().leftCols(shape.noise()).transpose() * windows;
+    std::vector<double> outside;
+    for (Eigen::Index w = 0; w < count; ++w) {
+      outside.push_back(noise.middleCols(2 * w, 2).squaredNorm() / freedom);
+    }
+    std::vector<double> sorted = outside;
+    std::sort(sorted.begin(), sorted.end());
+    quantile = sorted[rank];
+    const double most = std::max(kStandsOut * quantile, sorted[sorted.size() / 2]);
+    for (std::size_t w = 0; w < outside.size(); ++w) used[w] = outside[w] <= most;
+  }
+  // The subspace is fitted to the same windows and takes some of their noise.
+  const double taken = 1.0 - static_cast<double>(shape.signal) / static_cast<double>(count);
+  return quantile / (quantile_over_mean(freedom) * taken);
 }
 
 }  // namespace
 
 std::optional<TrackNoise> measure_track_noise(const std::vector<Eigen::Vector2d>& position_px) {
-  const std::vector<std::size_t> starts = whole_windows(position_px);
-  if (starts.size() < kFewestWindows) return std::nullopt;
   double count = 0.0;
   const Eigen::Vector2d mean = mean_of_finite(position_px, count);
-  const auto window = [&](std::size_t start, int axis) {
-    WindowVector values;
-    for (Eigen::Index i = 0; i < kWindow; ++i) {
-      values[i] = position_px[start + static_cast<std::size_t>(i)][axis] - mean[axis];
-    }
-    return values;
-  };
-  WindowMatrix covariance = WindowMatrix::Zero();
-  for (const std::size_t start : starts) {
-    for (const int axis : {0, 1}) {
-      covariance.selfadjointView<Eigen::Lower>().rankUpdate(window(start, axis));
-    }
-  }
-  // Eigenvalues ascend: the first columns are the noise.
-  const Eigen::SelfAdjointEigenSolver<WindowMatrix> solver(covariance);
-  const auto noise = solver.eigenvectors().leftCols<kWindow - kSignal>();
-  std::vector<double> outside;
-  outside.reserve(starts.size());
-  for (const std::size_t start : starts) {
+  for (const WindowShape& shape : kShapes) {
+    const auto starts = whole_windows(position_px, static_cast<std::size_t>(shape.length));
+    if (starts.size() < kFewestWindows) continue;
+    const Eigen::MatrixXd windows = gather_windows(position_px, mean, starts, shape.length);
     double square = 0.0;
-    for (const int axis : {0, 1}) {
-      square += (noise.transpose() * window(start, axis)).squaredNorm();
+    for (const Eigen::Vector2d& px : position_px) {
+      if (px.allFinite()) square += (px - mean).squaredNorm();
     }
-    outside.push_back(square / static_cast<double>(2 * (kWindow - kSignal)));
+    return TrackNoise{std::sqrt(square_outside_signal(windows, shape)),
+                      std::sqrt(square / (2.0 * count))};
   }
-  const auto place = outside.begin() + static_cast<std::ptrdiff_t>(
-                                           kQuantile * static_cast<double>(outside.size()));
-  std::nth_element(outside.begin(), place, outside.end());
-  double square = 0.0;
-  for (const Eigen::Vector2d& px : position_px) {
-    if (px.allFinite()) square += (px - mean).squaredNorm();
-  }
-  // The subspace is fitted to the same windows and takes some of their noise.
-  const double taken = 1.0 - static_cast<double>(kSignal) / static_cast<double>(starts.size());
-  return TrackNoise{std::sqrt(*place / (kQuantileOverMean * taken)),
-                    std::sqrt(square / (2.0 * count))};
+  return std::nullopt;
 }
 
 void widen_by_scatter(const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
