@@ -163,7 +163,8 @@ void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
     position_px.push_back(&measured[i]);
     sigma_px.push_back(&m_result.tracks[i].sigma_px);
   }
-  detail::widen_by_scatter(position_px, sigma_px);
+  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px);
+  for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 
 PlaneMap Tracking::find_plane() const {
