@@ -43,13 +43,9 @@ void check_kinds(const Rig& rig) {
   for (const Marker& marker : rig.markers) {
     try {
       static_cast<void>(MarkerPattern(marker));
-    } catch (const InputError&) {
-      throw InputError(
-          fmt::format("{}: marker '{}' is of kind '{}', which cannot be tracked, must be cross, "
-                      "dot, ring or checker",
-                      rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(),
-                      marker.id,
-                      to_string(marker.kind)));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format(
+          "{}: {}", rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(), error.what()));
     }
   }
 }
