@@ -84,7 +84,7 @@ class Alignment {
     m_result.placement = start;
     m_window = start.px_from_pattern;
     m_window_from_px = m_window.inverse();
-    m_rim = std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim);
+    m_rim = marker.has_rim() ? std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim) : 0.0;
     m_taper = kTaper_px / marker.size_px();
   }
 
