@@ -165,8 +165,8 @@ std::vector<MarkerCandidate> tag_candidates(const LumaFrame& frame,
   return candidates;
 }
 
-bool lies_within(const MarkerCandidate& tag, const MarkerCandidate& other) {
-  const Eigen::Vector2d offset = other.placement.position_px - tag.placement.position_px;
+bool lies_within(const Eigen::Vector2d& px, const MarkerCandidate& tag) {
+  const Eigen::Vector2d offset = px - tag.placement.position_px;
   return (tag.placement.px_from_pattern.inverse() * offset).cwiseAbs().maxCoeff() < 0.5;
 }
 
@@ -201,10 +201,15 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
   const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(frame.stride));
 
   const auto tags = tag_candidates(frame, patterns, box, templates);
+  const auto in_a_tag = [&tags](const Eigen::Vector2d& px) {
+    return std::any_of(
+        tags.begin(), tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
+  };
   std::vector<MarkerCandidate> found;
   for (const int window_px : kWindows_px) {
     if (window_px > 2 * std::min(width, height)) break;
     for (const Blob& blob : find_blobs(grey, box, window_px)) {
+      if (in_a_tag(blob.centre_px)) continue;
       for (const MarkerPattern& pattern : patterns) {
         for (const Guess& guess : guesses(pattern, blob)) {
           const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
@@ -220,11 +225,7 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
       }
     }
   }
-  std::erase_if(found, [&](const MarkerCandidate& candidate) {
-    return std::any_of(tags.begin(), tags.end(), [&](const MarkerCandidate& tag) {
-      return lies_within(tag, candidate);
-    });
-  });
+  std::erase_if(found, [&](const auto& other) { return in_a_tag(other.placement.position_px); });
   found.insert(found.end(), tags.begin(), tags.end());
   std::stable_sort(
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
