@@ -139,7 +139,7 @@ class Alignment {
       : m_frame(frame), m_marker(marker), m_options(options), m_layout(marker, options) {
     m_result.placement = start;
     m_window_shape = start.px_from_pattern;
-    m_rim = std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim);
+    m_rim = marker.has_rim() ? std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim) : 0.0;
     m_taper = kTaper_px / marker.size_px();
   }
 

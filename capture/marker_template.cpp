@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/marker_template.hpp"
 
-#include <Eigen/Core>
+#include "capture/detail/spline_picture.hpp"
+
+#include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace twang {
 namespace {
@@ -19,6 +22,7 @@ constexpr int kMostSamples = 640;
 // The sampled square reaches this far beyond the marker: what is left of the blur there is nil.
 constexpr double kWidestBlur_px = 4.0;
 constexpr double kReachInSigmas = 3.5;
+constexpr double kCutOutSmoothing_px = 0.7;
 
 using Cells = std::vector<std::array<float, detail::kCellFloats>>;
 
@@ -77,8 +81,38 @@ MarkerTemplate::MarkerTemplate(const MarkerPattern& pattern, double size_px, dou
   blur(blur_px);
 }
 
+MarkerTemplate MarkerTemplate::cut_out(const MarkerPattern& pattern,
+                                       const LumaFrame& frame,
+                                       const Eigen::Vector2d& position_px,
+                                       const Eigen::Matrix2d& px_from_pattern) {
+  MarkerTemplate cut(pattern, std::sqrt(std::abs(px_from_pattern.determinant())), 0.0);
+  const Eigen::Vector2d reach = cut.m_half_width * px_from_pattern.cwiseAbs().rowwise().sum();
+  const detail::SplinePicture picture(frame, position_px, reach, kCutOutSmoothing_px);
+  float low = std::numeric_limits<float>::max();
+  float high = std::numeric_limits<float>::lowest();
+  std::size_t i = 0;
+  for (int row = 0; row < cut.m_side; ++row) {
+    const double v = row / cut.m_samples_per_unit - cut.m_half_width;
+    for (int column = 0; column < cut.m_side; ++column) {
+      const double u = column / cut.m_samples_per_unit - cut.m_half_width;
+      const auto grey =
+          static_cast<float>(picture.at(position_px + px_from_pattern * Eigen::Vector2d(u, v)));
+      cut.m_sharp[i++] = grey;
+      if (std::max(std::abs(u), std::abs(v)) > 0.5) continue;
+      low = std::min(low, grey);
+      high = std::max(high, grey);
+    }
+  }
+  const float scale = high > low ? 1.0F / (high - low) : 1.0F;
+  for (float& value : cut.m_sharp) value = scale * (value - low);
+  cut.m_cut_out = true;
+  cut.blur(0.0);
+  return cut;
+}
+
 MarkerTemplate MarkerTemplate::with_blur(double blur_px) const {
-  if (blur_px > std::max(kWidestBlur_px, m_blur_px)) return {m_pattern, m_size_px, blur_px};
+  if (!m_cut_out && blur_px > std::max(kWidestBlur_px, m_blur_px))
+    return {m_pattern, m_size_px, blur_px};
   MarkerTemplate other = *this;
   other.blur(blur_px);
   return other;
