@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/detail/follow_layout.hpp"
+
+#include "capture/detail/assign_markers.hpp"
+#include "capture/detail/search_marker.hpp"
+#include "core/constants.hpp"
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace twang::detail {
+namespace {
+
+constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
+constexpr double kReachOfExtent = 0.2;   // of one that was never seen and has no stated release
+constexpr double kAlikeSize = 1.4;       // ratio of sizes up to which markers can be confused
+constexpr double kMissing = 40.0;        // price of a marker that has no place
+constexpr double kClearly = 9.0;         // a likelihood ratio of e^4.5
+constexpr double kApart = 0.5;           // of two markers' centres, in sizes
+constexpr double kPaper = 1.2;           // nearer than that one marker's paper covers the other
+constexpr double kNearerThanAtRest = 0.8;
+constexpr double kSureCompanion = 0.7;   // sigma up to which companions are asked first, in sizes
+constexpr double kBesideCompanion = 4.0;  // sigmas
+constexpr double kBesideCompanionSizes = 0.4;
+constexpr double kStrangerSigma = 0.3;    // in sizes
+constexpr double kLookAlike = 0.75;       // correlation of a thing that could be taken for a marker
+constexpr double kLookAround = 6.0;       // for such things, in sizes
+// A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
+// motion), which no residual within the marker shows.
+constexpr double kSigmaOfCoding_px = 0.015;
+
+const Eigen::Vector2d kNowhere = Eigen::Vector2d::Constant(kNaN);
+
+MarkerSample sample_of(const MarkerAlignment& found) {
+  return {found.placement.position_px, std::hypot(found.sigma_px, kSigmaOfCoding_px), ""};
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double due_size_px(const PartialLayout& layout, const Camera& camera, const Marker& marker) {
+  const Eigen::Vector2d rest = plane_position(camera, marker.position);
+  return marker.size_m *
+         std::sqrt(std::abs(map_jacobian(layout.px_from_plane, rest).determinant()));
+}
+
+/// What is usual of the markers in the layout.
+UsualLooks usual_looks(const PartialLayout& layout, const Rig& rig) {
+  std::vector<double> scores, sizes, contrasts;
+  for (std::size_t i = 0; i < layout.markers.size(); ++i) {
+    if (!layout.markers[i]) continue;
+    const MarkerAlignment& found = layout.markers[i]->alignment;
+    scores.push_back(found.score);
+    sizes.push_back(placed_size_px(found.placement) /
+                    due_size_px(layout, *rig.camera, rig.markers[i]));
+    contrasts.push_back(found.contrast);
+  }
+  return {median(scores), median(sizes), median(contrasts)};
+}
+
+double extent_px(const PartialLayout& layout, const Rig& rig) {
+  double extent = 0.0;
+  for (const Marker& a : rig.markers) {
+    for (const Marker& b : rig.markers) {
+      extent = std::max(
+          extent,
+          (map_point(layout.px_from_plane, plane_position(*rig.camera, a.position)) -
+           map_point(layout.px_from_plane, plane_position(*rig.camera, b.position)))
+              .norm());
+    }
+  }
+  return extent;
+}
+
+}  // namespace
+
+LayoutFollower::LayoutFollower(const LumaFrame& first, const Rig& rig, PartialLayout layout)
+    : m_rig(rig),
+      m_companions(rig.markers.size()),
+      m_width_px(first.width_px),
+      m_height_px(first.height_px) {
+  const Camera& camera = *rig.camera;
+  const UsualLooks usual = usual_looks(layout, rig);
+  for (std::size_t i = 0; i < rig.markers.size(); ++i) {
+    const Marker& marker = rig.markers[i];
+    const Eigen::Vector2d rest = plane_position(camera, marker.position);
+    const auto to_px = [&](const Eigen::Vector2d& p) { return map_point(layout.px_from_plane, p); };
+    MarkerBackground background;
+    background.rest_px = to_px(rest);
+    if (!marker.fixed && rig.release && rig.release->displacement) {
+      const Eigen::Vector2d far =
+          plane_position(camera, marker.position + kReachOfRelease * *rig.release->displacement);
+      background.reach_px = (to_px(far) - background.rest_px).norm();
+    } else if (!marker.fixed && !layout.markers[i]) {
+      background.reach_px = kReachOfExtent * extent_px(layout, rig);
+    }
+    if (layout.markers[i]) {
+      m_first.push_back(sample_of(layout.markers[i]->alignment));
+      m_followers.emplace_back(std::move(*layout.markers[i]), background);
+    } else {
+      const Eigen::Matrix2d jacobian = map_jacobian(layout.px_from_plane, rest);
+      m_first.push_back({kNowhere, kNaN, "it is hidden or blurred"});
+      m_followers.emplace_back(
+          MarkerPattern(marker),
+          MarkerPlacement{background.rest_px, marker.size_m * jacobian, Eigen::Vector2d::Zero()},
+          background,
+          usual);
+    }
+  }
+  find_strangers(first);
+}
+
+bool LayoutFollower::alike(std::size_t i, std::size_t k) const {
+  const double ratio = m_followers[i].size_px() / m_followers[k].size_px();
+  return m_followers[i].pattern() == m_followers[k].pattern() && ratio < kAlikeSize &&
+         ratio > 1.0 / kAlikeSize;
+}
+
+/// Things near a marker that look like it and are no marker of the rig.
+void LayoutFollower::find_strangers(const LumaFrame& first) {
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    const MarkerFollower& follower = m_followers[i];
+    if (!follower.seen()) continue;
+    for (const Eigen::Vector2d& px : follower.look_alikes(first, kLookAround, kLookAlike)) {
+      const bool known =
+          std::any_of(m_first.begin(),
+                      m_first.end(),
+                      [&](const MarkerSample& other) {
+                        return (other.position_px - px).norm() < kApart * follower.size_px();
+                      }) ||
+          std::any_of(m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
+            return (other.px - px).norm() < kApart * follower.size_px();
+          });
+      const bool unseen_marker = [&] {
+        for (std::size_t k = 0; k < m_followers.size(); ++k) {
+          if (!m_followers[k].seen() && m_followers[k].within_reach(px)) return true;
+        }
+        return false;
+      }();
+      if (!known && !unseen_marker) m_strangers.push_back({i, px});
+    }
+  }
+}
+
+void LayoutFollower::withdraw(std::size_t marker, std::string why) {
+  State& state = m_states[marker];
+  if (state.found) state.places.push_back(state.found->px());
+  state.found.reset();
+  state.why = std::move(why);
+}
+
+void LayoutFollower::look_ahead(const LumaFrame& frame) {
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (!m_followers[i].seen()) continue;
+    Finding finding = m_followers[i].look_ahead(frame);
+    if (finding.good()) {
+      m_states[i].found = std::move(finding);
+    } else {
+      m_states[i].why = finding.why_not;
+    }
+  }
+}
+
+/// Whether two markers that were found could as well stand in each other's places.
+bool LayoutFollower::swappable(std::size_t i, std::size_t k) const {
+  const Eigen::Vector2d& at_i = m_states[i].found->px();
+  const Eigen::Vector2d& at_k = m_states[k].found->px();
+  const auto cost = [&](std::size_t marker, const Eigen::Vector2d& px) {
+    return m_followers[marker].cost(px, m_states[marker].companion);
+  };
+  const double swapped = cost(i, at_k) + cost(k, at_i);
+  return swapped < cost(i, at_i) + cost(k, at_k) + kClearly;
+}
+
+/// Whether a finding can be none but this marker, given what was found of the others.
+bool LayoutFollower::clear(std::size_t i, const Finding& finding) const {
+  const double size = m_followers[i].size_px();
+  const double own = m_followers[i].cost(finding.px(), m_states[i].companion);
+  for (std::size_t k = 0; k < m_followers.size(); ++k) {
+    if (k == i) continue;
+    if (m_states[k].found) {
+      if ((m_states[k].found->px() - finding.px()).norm() < kApart * size) return false;
+      continue;
+    }
+    if (!alike(i, k)) continue;
+    const double other = m_followers[k].cost(finding.px(), m_states[k].companion);
+    if (other < own + kClearly) return false;
+  }
+  return true;
+}
+
+/// Findings that another marker could claim as well go back to be decided jointly.
+void LayoutFollower::withdraw_doubtful() {
+  std::vector<std::size_t> doubtful;
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (!m_states[i].found) continue;
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!m_states[k].found) continue;
+      const double distance = (m_states[i].found->px() - m_states[k].found->px()).norm();
+      const bool same = distance < kApart * m_followers[i].size_px();
+      if (same || (alike(i, k) && swappable(i, k))) {
+        doubtful.push_back(i);
+        doubtful.push_back(k);
+      }
+    }
+  }
+  const std::vector<Eigen::Vector2d> known = moved();
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    State& state = m_states[i];
+    if (!state.found || m_rig.markers[i].fixed) continue;
+    const auto companion = m_companions.predict(i, known);
+    if (!companion || companion->sigma_px > kSureCompanion * m_followers[i].size_px()) continue;
+    const Eigen::Vector2d beside =
+        state.found->px() - m_followers[i].rest_px() - companion->px;
+    if (beside.norm() > kBesideCompanion * companion->sigma_px +
+                            kBesideCompanionSizes * m_followers[i].size_px()) {
+      doubtful.push_back(i);
+    }
+  }
+  for (const std::size_t i : doubtful) {
+    if (m_states[i].found) withdraw(i, "several places look like it");
+  }
+  // What was lost may be what another found.
+  doubtful.clear();
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (m_states[i].found && !clear(i, *m_states[i].found)) doubtful.push_back(i);
+  }
+  for (const std::size_t i : doubtful) withdraw(i, "several places look like it");
+}
+
+/// The camera's shift from the first picture, by the fixed markers found.
+void LayoutFollower::note_camera() {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double count = 0.0;
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (!m_rig.markers[i].fixed || !m_states[i].found || !m_first[i].position_px.allFinite()) {
+      continue;
+    }
+    sum += m_states[i].found->px() - m_first[i].position_px;
+    count += 1.0;
+  }
+  if (count > 0.0) m_camera_shift = sum / count;
+  for (MarkerFollower& follower : m_followers) follower.shift_rest(m_camera_shift);
+}
+
+/// How far the moving markers found have gone from rest.
+std::vector<Eigen::Vector2d> LayoutFollower::moved() const {
+  std::vector<Eigen::Vector2d> moved(m_followers.size(), kNowhere);
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (m_rig.markers[i].fixed || !m_states[i].found) continue;
+    moved[i] = m_states[i].found->px() - m_followers[i].rest_px();
+  }
+  return moved;
+}
+
+/// Markers that are not where they were expected, sought where those that moved with them say; the
+/// surest first, since it may tell of others.
+void LayoutFollower::ask_companions(const LumaFrame& frame) {
+  std::vector<bool> asked(m_followers.size(), false);
+  while (true) {
+    const std::vector<Eigen::Vector2d> known = moved();
+    std::size_t best = m_followers.size();
+    for (std::size_t i = 0; i < m_followers.size(); ++i) {
+      State& state = m_states[i];
+      if (state.found || m_rig.markers[i].fixed) continue;
+      if (const auto companion = m_companions.predict(i, known)) {
+        state.companion = Forecast{m_followers[i].rest_px() + companion->px, companion->sigma_px};
+      }
+      if (asked[i] || !state.companion ||
+          state.companion->sigma_px > kSureCompanion * m_followers[i].size_px()) {
+        continue;
+      }
+      if (best == m_followers.size() ||
+          state.companion->sigma_px < m_states[best].companion->sigma_px) {
+        best = i;
+      }
+    }
+    if (best == m_followers.size()) return;
+    asked[best] = true;
+    State& state = m_states[best];
+    Finding finding = m_followers[best].look_at(frame, state.companion->px);
+    if (!finding.good()) {
+      state.why = finding.why_not;
+    } else if (std::isfinite(m_followers[best].cost(finding.px(), state.companion)) &&
+               clear(best, finding)) {
+      state.found = std::move(finding);
+    } else {
+      state.places.push_back(finding.px());
+    }
+  }
+}
+
+void LayoutFollower::assign_rest(const LumaFrame& frame) {
+  std::vector<bool> done(m_followers.size(), false);
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (m_states[i].found || done[i]) continue;
+    std::vector<std::size_t> group;
+    for (std::size_t k = i; k < m_followers.size(); ++k) {
+      if (m_states[k].found || done[k] || !alike(i, k)) continue;
+      group.push_back(k);
+      done[k] = true;
+    }
+    assign_group(frame, group);
+  }
+}
+
+/// Markers that look alike and every place that could be one of them.
+void LayoutFollower::assign_group(const LumaFrame& frame, const std::vector<std::size_t>& group) {
+  std::vector<Eigen::Vector2d> places;
+  const auto add_place = [&](const Eigen::Vector2d& px, double apart_px) {
+    const auto near = [&](const Eigen::Vector2d& other) { return (other - px).norm() < apart_px; };
+    if (std::any_of(places.begin(), places.end(), near)) return;
+    for (const State& state : m_states) {
+      if (state.found && near(state.found->px())) return;
+    }
+    places.push_back(px);
+  };
+  for (const std::size_t i : group) {
+    State& state = m_states[i];
+    const double apart_px = kApart * m_followers[i].size_px();
+    const char* why = nullptr;
+    for (const Finding& finding : m_followers[i].look_around(frame, state.companion, why)) {
+      add_place(finding.px(), apart_px);
+    }
+    for (const Eigen::Vector2d& px : state.places) add_place(px, apart_px);
+    if (why != nullptr && state.places.empty()) state.why = why;
+  }
+  if (places.empty()) return;
+
+  const auto num_strangers = m_strangers.size();
+  const auto rows = static_cast<Eigen::Index>(group.size() + num_strangers);
+  const auto columns = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(rows, columns, kInfinity);
+  std::vector<std::vector<std::optional<Finding>>> findings(group.size());
+  for (std::size_t g = 0; g < group.size(); ++g) {
+    const MarkerFollower& follower = m_followers[group[g]];
+    findings[g].resize(places.size());
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      if (!std::isfinite(follower.cost(places[p], m_states[group[g]].companion))) continue;
+      Finding finding = follower.look_at(frame, places[p]);
+      if (!finding.good() ||
+          (finding.px() - places[p]).norm() > kApart * follower.size_px()) {
+        continue;
+      }
+      cost(static_cast<Eigen::Index>(g), static_cast<Eigen::Index>(p)) =
+          follower.cost(finding.px(), m_states[group[g]].companion);
+      findings[g][p] = std::move(finding);
+    }
+  }
+  for (std::size_t s = 0; s < num_strangers; ++s) {
+    const MarkerFollower& like = m_followers[m_strangers[s].like];
+    if (!alike(m_strangers[s].like, group.front())) continue;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      const double beside =
+          (places[p] - m_strangers[s].px - m_camera_shift).norm() / like.size_px();
+      if (beside > 3.0 * kStrangerSigma) continue;
+      cost(static_cast<Eigen::Index>(group.size() + s), static_cast<Eigen::Index>(p)) =
+          std::pow(beside / kStrangerSigma, 2) +
+          2.0 * std::log(kTwoPi * kStrangerSigma * kStrangerSigma);
+    }
+  }
+  const Assignment assignment = assign_markers_with_margins(cost, kMissing);
+  for (std::size_t g = 0; g < group.size(); ++g) {
+    State& state = m_states[group[g]];
+    if (assignment.place[g] < 0) continue;
+    if (assignment.margin[g] > kClearly) {
+      state.found = std::move(findings[g][static_cast<std::size_t>(assignment.place[g])]);
+    } else {
+      state.why = "several places look like it";
+      for (std::size_t k = 0; k < group.size(); ++k) {
+        if (k == g || !findings[k][static_cast<std::size_t>(assignment.place[g])]) continue;
+        state.why = fmt::format("it cannot be told from '{}'", m_rig.markers[group[k]].id);
+      }
+    }
+  }
+}
+
+/// A marker whose paper reaches into another's picture moves it: both are in doubt, unless they are
+/// as near as that at rest.
+void LayoutFollower::withdraw_covered() {
+  std::vector<std::pair<std::size_t, std::size_t>> covered;
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (!m_states[i].found) continue;
+    for (std::size_t k = 0; k < m_followers.size(); ++k) {
+      if (k == i || !m_followers[k].seen()) continue;
+      const bool known = m_states[k].found.has_value();
+      const double sum = m_followers[i].size_px() + m_followers[k].size_px();
+      const double apart = 0.5 * kPaper * sum;
+      if (!known && m_followers[k].forecast().sigma_px > 0.5 * kApart * sum) continue;
+      const Eigen::Vector2d& other =
+          known ? m_states[k].found->px() : m_followers[k].forecast().px;
+      const double distance = (m_states[i].found->px() - other).norm();
+      const double at_rest = (m_followers[i].rest_px() - m_followers[k].rest_px()).norm();
+      if (distance < apart && distance < kNearerThanAtRest * at_rest) covered.emplace_back(i, k);
+    }
+  }
+  for (const auto& [i, k] : covered) {
+    if (!m_states[i].found) continue;
+    m_states[i].found.reset();
+    m_states[i].why = fmt::format("'{}' passes over it", m_rig.markers[k].id);
+  }
+}
+
+std::vector<MarkerSample> LayoutFollower::follow(const LumaFrame& frame) {
+  m_states.assign(m_followers.size(), {});
+  look_ahead(frame);
+  note_camera();
+  withdraw_doubtful();
+  const auto all_found = [&] {
+    return std::all_of(
+        m_states.begin(), m_states.end(), [](const State& s) { return s.found.has_value(); });
+  };
+  if (!all_found()) {
+    ask_companions(frame);
+    assign_rest(frame);
+  }
+  withdraw_covered();
+  m_companions.add(moved());
+
+  std::vector<MarkerSample> samples;
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (m_states[i].found) {
+      samples.push_back(sample_of(m_states[i].found->alignment));
+      m_followers[i].accept(frame, std::move(*m_states[i].found));
+      continue;
+    }
+    const Eigen::Vector2d& due = m_followers[i].forecast().px;
+    const double rim = 0.5 * m_followers[i].size_px();
+    const bool outside = due.x() < rim || due.y() < rim || due.x() > m_width_px - rim ||
+                         due.y() > m_height_px - rim;
+    samples.push_back({kNowhere, kNaN, outside ? "it left the picture" : m_states[i].why});
+    m_followers[i].lose();
+  }
+  return samples;
+}
+
+}  // namespace twang::detail
