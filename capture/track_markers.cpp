@@ -23,7 +23,7 @@
 namespace twang {
 namespace {
 
-constexpr double kOverlayFps = 30.0;     // at most: a film to be watched
+constexpr double kOverlayFps = 30.0;  // at most: a film to be watched
 
 Image copy_of(const LumaFrame& frame) {
   Image image{frame.width_px, frame.height_px, 1, {}};
@@ -52,9 +52,10 @@ class Tracking {
       : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
 
   TrackResult run() {
-    detail::FirstLayout first = detail::find_first_layout(
-        m_rig, m_video, m_options.start_px, m_options.progress);
-    for (const Marker& marker : m_rig.markers) m_result.tracks.push_back({marker.id, {}, {}, 0, "", {}});
+    detail::FirstLayout first =
+        detail::find_first_layout(m_rig, m_video, m_options.start_px, m_options.progress);
+    for (const Marker& marker : m_rig.markers)
+      m_result.tracks.push_back({marker.id, {}, {}, 0, "", {}});
     m_result.layout_frame = first.frame;
     while (const auto frame = m_reader.read()) {
       if (m_stamps_s.size() < first.frame) {
@@ -229,7 +230,8 @@ TrackResult Tracking::finish() {
   add_notes(doubled);
 
   const TrackDrawing drawing{m_result.tracks, m_size_px, doubled};
-  m_result.first_frame_with_tracks = draw_tracks(m_result.first_frame, drawing, m_result.layout_frame);
+  m_result.first_frame_with_tracks =
+      draw_tracks(m_result.first_frame, drawing, m_result.layout_frame);
   if (!m_options.overlay.empty()) {
     write_overlay(m_video,
                   m_options.overlay,

@@ -38,7 +38,7 @@ struct MarkerTrack {
   std::vector<Eigen::Vector2d> position_px;  ///< one a frame; nan where lost [px]
   std::vector<double> sigma_px;              ///< of one coordinate, one a frame [px]
   int frames_lost = 0;
-  std::string lost_because;  ///< the first reason, for a person; empty if never lost
+  std::string lost_because;       ///< the first reason, for a person; empty if never lost
   std::vector<LostStretch> lost;  ///< in the order of time
 };
 
@@ -59,8 +59,8 @@ struct TrackResult {
 /// Tracks the rig's markers through a film and maps them into the rig frame.
 ///
 /// Markers are found from the rig's layout in the first frame that shows enough of them to leave no
-/// doubt, else from `start_px`; before that frame all is nan. A marker that is hidden in it is looked
-/// for where the layout puts it until it is seen.
+/// doubt, else from `start_px`; before that frame all is nan. A marker that is hidden in it is
+/// looked for where the layout puts it until it is seen.
 ///
 /// @throws InputError if the file is no film or cannot be decoded at all or to its end, the rig
 /// lacks markers or camera,

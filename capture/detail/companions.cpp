@@ -8,18 +8,21 @@
 namespace twang::detail {
 namespace {
 
-constexpr double kForget = 0.98;      // memory of some fifty frames
+constexpr double kForget = 0.98;  // memory of some fifty frames
 constexpr double kEnoughFrames = 6.0;
-constexpr double kLeastMotion_px = 1.0;  // rms of a companion's motion from which it tells something
+constexpr double kLeastMotion_px =
+    1.0;  // rms of a companion's motion from which it tells something
 // Error of a share where the motion changes its shape (pulled by a hand, then free).
 constexpr double kSigmaShare = 0.06;
 constexpr double kLeastSigma_px = 0.1;
+constexpr double kBeside = 4.0;  // sigmas from which a place contradicts a companion
 
 }  // namespace
 
 Companions::Companions(std::size_t num_markers) {
   const auto n = static_cast<Eigen::Index>(num_markers);
   m_product.setZero(n, n);
+  m_sum.setZero(n, n);
   m_square.setZero(n, n);
   m_count.setZero(n, n);
 }
@@ -33,34 +36,61 @@ void Companions::add(const std::vector<Eigen::Vector2d>& moved_px) {
     for (Eigen::Index j = 0; j < n; ++j) {
       const Eigen::Vector2d& other = moved_px[static_cast<std::size_t>(j)];
       if (!other.allFinite()) continue;
-      m_product(i, j) = kForget * m_product(i, j) + u * std::complex(other.x(), -other.y());
+      const std::complex<double> v(other.x(), other.y());
+      m_product(i, j) = kForget * m_product(i, j) + u * std::conj(v);
+      m_sum(i, j) = kForget * m_sum(i, j) + v;
       m_square(i, j) = kForget * m_square(i, j) + other.squaredNorm();
       m_count(i, j) = kForget * m_count(i, j) + 1.0;
     }
   }
 }
 
+/// What marker j, gone so far, says of marker i.
+std::optional<Forecast> Companions::predict_by(Eigen::Index i,
+                                               Eigen::Index j,
+                                               const Eigen::Vector2d& moved_px) const {
+  const double count = m_count(i, j);
+  if (j == i || !moved_px.allFinite() || count < kEnoughFrames) return std::nullopt;
+  const std::complex<double> mean_i = m_sum(j, i) / count;
+  const std::complex<double> mean_j = m_sum(i, j) / count;
+  const double variance_i = m_square(j, i) / count - std::norm(mean_i);
+  const double variance_j = m_square(i, j) / count - std::norm(mean_j);
+  if (variance_j < kLeastMotion_px * kLeastMotion_px) return std::nullopt;
+  const std::complex<double> together = m_product(i, j) / count - mean_i * std::conj(mean_j);
+  const std::complex<double> gone = std::complex(moved_px.x(), moved_px.y()) - mean_j;
+  const std::complex<double> follows = together / variance_j * gone;
+  const std::complex<double> u = mean_i + follows;
+  const double left = std::max(0.0, variance_i - std::norm(together) / variance_j);
+  const double widening = std::max(1.0, std::abs(gone) / std::sqrt(variance_j));
+  return Forecast{{u.real(), u.imag()},
+                  std::sqrt(left) * widening + kSigmaShare * std::abs(follows) + kLeastSigma_px};
+}
+
 std::optional<Forecast> Companions::predict(std::size_t marker,
                                             const std::vector<Eigen::Vector2d>& moved_px) const {
-  const auto i = static_cast<Eigen::Index>(marker);
   std::optional<Forecast> best;
-  for (Eigen::Index j = 0; j < m_count.cols(); ++j) {
-    const Eigen::Vector2d& other = moved_px[static_cast<std::size_t>(j)];
-    const double count = m_count(i, j);
-    if (j == i || !other.allFinite() || count < kEnoughFrames ||
-        m_square(i, j) < count * kLeastMotion_px * kLeastMotion_px) {
-      continue;
-    }
-    const std::complex<double> share = m_product(i, j) / m_square(i, j);
-    const std::complex<double> u = share * std::complex(other.x(), other.y());
-    // The square of i over the frames it shares with j is that of j over those it shares with i.
-    const double left = std::max(0.0, m_square(j, i) - std::norm(m_product(i, j)) / m_square(i, j));
-    const double widening = std::max(1.0, other.norm() / std::sqrt(m_square(i, j) / count));
-    const double sigma =
-        std::sqrt(left / count) * widening + kSigmaShare * std::abs(u) + kLeastSigma_px;
-    if (!best || sigma < best->sigma_px) best = {Eigen::Vector2d(u.real(), u.imag()), sigma};
+  for (std::size_t j = 0; j < moved_px.size(); ++j) {
+    const auto told =
+        predict_by(static_cast<Eigen::Index>(marker), static_cast<Eigen::Index>(j), moved_px[j]);
+    if (told && (!best || told->sigma_px < best->sigma_px)) best = told;
   }
   return best;
+}
+
+bool Companions::contradict(std::size_t marker,
+                            const std::vector<Eigen::Vector2d>& moved_px,
+                            double slack_px,
+                            double sure_px) const {
+  int for_it = 0;
+  int against = 0;
+  for (std::size_t j = 0; j < moved_px.size(); ++j) {
+    const auto told =
+        predict_by(static_cast<Eigen::Index>(marker), static_cast<Eigen::Index>(j), moved_px[j]);
+    if (!told || told->sigma_px > sure_px) continue;
+    const bool beside = (told->px - moved_px[marker]).norm() > kBeside * told->sigma_px + slack_px;
+    ++(beside ? against : for_it);
+  }
+  return against > for_it;
 }
 
 }  // namespace twang::detail

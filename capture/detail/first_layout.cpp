@@ -13,10 +13,10 @@
 namespace twang::detail {
 namespace {
 
-constexpr std::size_t kEvery = 12;       // frames passed over: a twelfth of those gone by
-constexpr std::size_t kMostBack = 24;    // of the frames passed over are looked at
-constexpr int kGrid_px = 8;              // of pixels that tell an empty picture
-constexpr int kLeastRange = 15;          // between its darkest and brightest [grey levels]
+constexpr std::size_t kEvery = 12;     // frames passed over: a twelfth of those gone by
+constexpr std::size_t kMostBack = 24;  // of the frames passed over are looked at
+constexpr int kGrid_px = 8;            // of pixels that tell an empty picture
+constexpr int kLeastRange = 15;        // between its darkest and brightest [grey levels]
 
 /// Whether there is anything to be seen at all.
 bool shows_something(const LumaFrame& frame) {

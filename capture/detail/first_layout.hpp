@@ -23,8 +23,8 @@ struct FirstLayout {
 /// Finds it: the first frame in which enough markers are in plain view.
 ///
 /// The whole picture is searched in every one of the first frames, then ever more seldom; when one
-/// is found at last, the frames passed over are looked at too. So a long film without a usable frame
-/// costs little more than its decoding.
+/// is found at last, the frames passed over are looked at too. So a long film without a usable
+/// frame costs little more than its decoding.
 ///
 /// @throws InputError if there is no such frame, naming the marker and what the best frame showed
 FirstLayout find_first_layout(const Rig& rig,

@@ -18,17 +18,20 @@ namespace {
 constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
 constexpr double kReachOfExtent = 0.2;   // of one that was never seen and has no stated release
 constexpr double kAlikeSize = 1.4;       // ratio of sizes up to which markers can be confused
-constexpr double kMissing = 40.0;        // price of a marker that has no place
-constexpr double kClearly = 9.0;         // a likelihood ratio of e^4.5
-constexpr double kApart = 0.5;           // of two markers' centres, in sizes
-constexpr double kPaper = 1.2;           // nearer than that one marker's paper covers the other
+// Price of a marker without a place, and of a place that looks like one and is none's: above any
+// allowed place's, or all dots of a row that jumps by a column but the last would be its neighbour.
+constexpr double kMissing = 80.0;
+constexpr double kClearly = 9.0;  // a likelihood ratio of e^4.5
+constexpr double kSurely = 20.0;  // while others may still tell more
+constexpr double kApart = 0.5;    // of two markers' centres, in sizes
+constexpr double kPaper = 1.2;    // nearer than that one marker's paper covers the other
 constexpr double kNearerThanAtRest = 0.8;
-constexpr double kSureCompanion = 0.7;   // sigma up to which companions are asked first, in sizes
-constexpr double kBesideCompanion = 4.0;  // sigmas
+constexpr double kSureCompanion = 0.7;  // sigma up to which companions are asked first, in sizes
 constexpr double kBesideCompanionSizes = 0.4;
-constexpr double kStrangerSigma = 0.3;    // in sizes
-constexpr double kLookAlike = 0.75;       // correlation of a thing that could be taken for a marker
-constexpr double kLookAround = 6.0;       // for such things, in sizes
+constexpr int kMostContradicted = 3;    // frames; then the motion has changed its shape
+constexpr double kStrangerSigma = 0.1;  // in sizes
+constexpr double kLookAlike = 0.75;     // correlation of a thing that could be taken for a marker
+constexpr double kLookAround = 6.0;     // for such things, in sizes
 // A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
 // motion), which no residual within the marker shows.
 constexpr double kSigmaOfCoding_px = 0.015;
@@ -69,11 +72,10 @@ double extent_px(const PartialLayout& layout, const Rig& rig) {
   double extent = 0.0;
   for (const Marker& a : rig.markers) {
     for (const Marker& b : rig.markers) {
-      extent = std::max(
-          extent,
-          (map_point(layout.px_from_plane, plane_position(*rig.camera, a.position)) -
-           map_point(layout.px_from_plane, plane_position(*rig.camera, b.position)))
-              .norm());
+      extent = std::max(extent,
+                        (map_point(layout.px_from_plane, plane_position(*rig.camera, a.position)) -
+                         map_point(layout.px_from_plane, plane_position(*rig.camera, b.position)))
+                            .norm());
     }
   }
   return extent;
@@ -84,6 +86,7 @@ double extent_px(const PartialLayout& layout, const Rig& rig) {
 LayoutFollower::LayoutFollower(const LumaFrame& first, const Rig& rig, PartialLayout layout)
     : m_rig(rig),
       m_companions(rig.markers.size()),
+      m_contradicted(rig.markers.size(), 0),
       m_width_px(first.width_px),
       m_height_px(first.height_px) {
   const Camera& camera = *rig.camera;
@@ -144,7 +147,9 @@ void LayoutFollower::find_strangers(const LumaFrame& first) {
         }
         return false;
       }();
-      if (!known && !unseen_marker) m_strangers.push_back({i, px});
+      if (!known && !unseen_marker && follower.look_at(first, px).good()) {
+        m_strangers.push_back({i, px});
+      }
     }
   }
 }
@@ -185,13 +190,15 @@ bool LayoutFollower::clear(std::size_t i, const Finding& finding) const {
   const double own = m_followers[i].cost(finding.px(), m_states[i].companion);
   for (std::size_t k = 0; k < m_followers.size(); ++k) {
     if (k == i) continue;
-    if (m_states[k].found) {
-      if ((m_states[k].found->px() - finding.px()).norm() < kApart * size) return false;
-      continue;
-    }
+    const std::optional<Finding>& found = m_states[k].found;
+    if (found && (found->px() - finding.px()).norm() < kApart * size) return false;
     if (!alike(i, k)) continue;
     const double other = m_followers[k].cost(finding.px(), m_states[k].companion);
-    if (other < own + kClearly) return false;
+    if (other > own + kClearly) continue;
+    // Unless the other one is surely elsewhere.
+    if (!found || other < m_followers[k].cost(found->px(), m_states[k].companion) + kClearly) {
+      return false;
+    }
   }
   return true;
 }
@@ -211,28 +218,33 @@ void LayoutFollower::withdraw_doubtful() {
       }
     }
   }
-  const std::vector<Eigen::Vector2d> known = moved();
-  for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    State& state = m_states[i];
-    if (!state.found || m_rig.markers[i].fixed) continue;
-    const auto companion = m_companions.predict(i, known);
-    if (!companion || companion->sigma_px > kSureCompanion * m_followers[i].size_px()) continue;
-    const Eigen::Vector2d beside =
-        state.found->px() - m_followers[i].rest_px() - companion->px;
-    if (beside.norm() > kBesideCompanion * companion->sigma_px +
-                            kBesideCompanionSizes * m_followers[i].size_px()) {
-      doubtful.push_back(i);
-    }
-  }
-  for (const std::size_t i : doubtful) {
-    if (m_states[i].found) withdraw(i, "several places look like it");
-  }
-  // What was lost may be what another found.
-  doubtful.clear();
-  for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    if (m_states[i].found && !clear(i, *m_states[i].found)) doubtful.push_back(i);
-  }
   for (const std::size_t i : doubtful) withdraw(i, "several places look like it");
+  withdraw_contradicted();
+  // What was lost may be what another found, and so on.
+  do {
+    doubtful.clear();
+    for (std::size_t i = 0; i < m_followers.size(); ++i) {
+      if (m_states[i].found && !clear(i, *m_states[i].found)) doubtful.push_back(i);
+    }
+    for (const std::size_t i : doubtful) withdraw(i, "several places look like it");
+  } while (!doubtful.empty());
+}
+
+/// Findings that contradict what most of the others' motion says.
+bool LayoutFollower::withdraw_contradicted() {
+  const std::vector<Eigen::Vector2d> known = moved();
+  std::vector<std::size_t> contradicted;
+  for (std::size_t i = 0; i < m_followers.size(); ++i) {
+    if (!m_states[i].found || m_rig.markers[i].fixed) continue;
+    const double size = m_followers[i].size_px();
+    if (!m_companions.contradict(i, known, kBesideCompanionSizes * size, kSureCompanion * size)) {
+      continue;
+    }
+    m_states[i].contradicted = true;
+    if (m_contradicted[i] < kMostContradicted) contradicted.push_back(i);
+  }
+  for (const std::size_t i : contradicted) withdraw(i, "the others' motion says it is elsewhere");
+  return !contradicted.empty();
 }
 
 /// The camera's shift from the first picture, by the fixed markers found.
@@ -297,7 +309,7 @@ void LayoutFollower::ask_companions(const LumaFrame& frame) {
   }
 }
 
-void LayoutFollower::assign_rest(const LumaFrame& frame) {
+void LayoutFollower::assign_rest(const LumaFrame& frame, double margin) {
   std::vector<bool> done(m_followers.size(), false);
   for (std::size_t i = 0; i < m_followers.size(); ++i) {
     if (m_states[i].found || done[i]) continue;
@@ -307,12 +319,14 @@ void LayoutFollower::assign_rest(const LumaFrame& frame) {
       group.push_back(k);
       done[k] = true;
     }
-    assign_group(frame, group);
+    assign_group(frame, group, margin);
   }
 }
 
 /// Markers that look alike and every place that could be one of them.
-void LayoutFollower::assign_group(const LumaFrame& frame, const std::vector<std::size_t>& group) {
+void LayoutFollower::assign_group(const LumaFrame& frame,
+                                  const std::vector<std::size_t>& group,
+                                  double margin) {
   std::vector<Eigen::Vector2d> places;
   const auto add_place = [&](const Eigen::Vector2d& px, double apart_px) {
     const auto near = [&](const Eigen::Vector2d& other) { return (other - px).norm() < apart_px; };
@@ -325,12 +339,14 @@ void LayoutFollower::assign_group(const LumaFrame& frame, const std::vector<std:
   for (const std::size_t i : group) {
     State& state = m_states[i];
     const double apart_px = kApart * m_followers[i].size_px();
-    const char* why = nullptr;
-    for (const Finding& finding : m_followers[i].look_around(frame, state.companion, why)) {
-      add_place(finding.px(), apart_px);
+    if (!std::exchange(state.searched, true)) {
+      const char* why = nullptr;
+      for (const Finding& finding : m_followers[i].look_around(frame, state.companion, why)) {
+        state.places.push_back(finding.px());
+      }
+      if (why != nullptr && state.places.empty()) state.why = why;
     }
     for (const Eigen::Vector2d& px : state.places) add_place(px, apart_px);
-    if (why != nullptr && state.places.empty()) state.why = why;
   }
   if (places.empty()) return;
 
@@ -345,8 +361,7 @@ void LayoutFollower::assign_group(const LumaFrame& frame, const std::vector<std:
     for (std::size_t p = 0; p < places.size(); ++p) {
       if (!std::isfinite(follower.cost(places[p], m_states[group[g]].companion))) continue;
       Finding finding = follower.look_at(frame, places[p]);
-      if (!finding.good() ||
-          (finding.px() - places[p]).norm() > kApart * follower.size_px()) {
+      if (!finding.good() || (finding.px() - places[p]).norm() > kApart * follower.size_px()) {
         continue;
       }
       cost(static_cast<Eigen::Index>(g), static_cast<Eigen::Index>(p)) =
@@ -370,7 +385,7 @@ void LayoutFollower::assign_group(const LumaFrame& frame, const std::vector<std:
   for (std::size_t g = 0; g < group.size(); ++g) {
     State& state = m_states[group[g]];
     if (assignment.place[g] < 0) continue;
-    if (assignment.margin[g] > kClearly) {
+    if (assignment.margin[g] > margin) {
       state.found = std::move(findings[g][static_cast<std::size_t>(assignment.place[g])]);
     } else {
       state.why = "several places look like it";
@@ -394,8 +409,7 @@ void LayoutFollower::withdraw_covered() {
       const double sum = m_followers[i].size_px() + m_followers[k].size_px();
       const double apart = 0.5 * kPaper * sum;
       if (!known && m_followers[k].forecast().sigma_px > 0.5 * kApart * sum) continue;
-      const Eigen::Vector2d& other =
-          known ? m_states[k].found->px() : m_followers[k].forecast().px;
+      const Eigen::Vector2d& other = known ? m_states[k].found->px() : m_followers[k].forecast().px;
       const double distance = (m_states[i].found->px() - other).norm();
       const double at_rest = (m_followers[i].rest_px() - m_followers[k].rest_px()).norm();
       if (distance < apart && distance < kNearerThanAtRest * at_rest) covered.emplace_back(i, k);
@@ -413,15 +427,28 @@ std::vector<MarkerSample> LayoutFollower::follow(const LumaFrame& frame) {
   look_ahead(frame);
   note_camera();
   withdraw_doubtful();
-  const auto all_found = [&] {
-    return std::all_of(
+  const auto num_markers = static_cast<std::ptrdiff_t>(m_states.size());
+  const auto num_found = [&] {
+    return std::count_if(
         m_states.begin(), m_states.end(), [](const State& s) { return s.found.has_value(); });
   };
-  if (!all_found()) {
-    ask_companions(frame);
-    assign_rest(frame);
+  // Who is found tells of others.
+  for (int pass = 0; pass < 2; ++pass) {
+    double margin = kSurely;
+    while (num_found() < num_markers) {
+      const auto before = num_found();
+      ask_companions(frame);
+      assign_rest(frame, margin);
+      if (num_found() > before) continue;
+      if (margin == kClearly) break;
+      margin = kClearly;
+    }
+    if (!withdraw_contradicted()) break;
   }
   withdraw_covered();
+  for (std::size_t i = 0; i < m_states.size(); ++i) {
+    m_contradicted[i] = m_states[i].contradicted ? m_contradicted[i] + 1 : 0;
+  }
   m_companions.add(moved());
 
   std::vector<MarkerSample> samples;
@@ -433,8 +460,8 @@ std::vector<MarkerSample> LayoutFollower::follow(const LumaFrame& frame) {
     }
     const Eigen::Vector2d& due = m_followers[i].forecast().px;
     const double rim = 0.5 * m_followers[i].size_px();
-    const bool outside = due.x() < rim || due.y() < rim || due.x() > m_width_px - rim ||
-                         due.y() > m_height_px - rim;
+    const bool outside =
+        due.x() < rim || due.y() < rim || due.x() > m_width_px - rim || due.y() > m_height_px - rim;
     samples.push_back({kNowhere, kNaN, outside ? "it left the picture" : m_states[i].why});
     m_followers[i].lose();
   }

@@ -50,6 +50,8 @@ class LayoutFollower {
     std::optional<Finding> found;
     std::optional<Forecast> companion;
     std::vector<Eigen::Vector2d> places;  // where it, or something like it, was found
+    bool searched = false;
+    bool contradicted = false;
     std::string why = "nothing there looks like it";
   };
   struct Stranger {
@@ -66,8 +68,9 @@ class LayoutFollower {
   void note_camera();
   [[nodiscard]] std::vector<Eigen::Vector2d> moved() const;
   void ask_companions(const LumaFrame& frame);
-  void assign_rest(const LumaFrame& frame);
-  void assign_group(const LumaFrame& frame, const std::vector<std::size_t>& group);
+  bool withdraw_contradicted();
+  void assign_rest(const LumaFrame& frame, double margin);
+  void assign_group(const LumaFrame& frame, const std::vector<std::size_t>& group, double margin);
   void withdraw_covered();
   void withdraw(std::size_t marker, std::string why);
 
@@ -76,6 +79,7 @@ class LayoutFollower {
   std::vector<MarkerSample> m_first;
   std::vector<Stranger> m_strangers;
   Companions m_companions;
+  std::vector<int> m_contradicted;  // frames in a row
   Eigen::Vector2d m_camera_shift = Eigen::Vector2d::Zero();
   int m_width_px;
   int m_height_px;

@@ -25,8 +25,8 @@ constexpr double kMostTurn_rad = 25.0 * kRadiansPerDegree;  // between frames
 constexpr double kApart = 0.5;                              // of two findings, in sizes
 constexpr double kReachSlack = 1.05;                        // a free vibration does not grow
 constexpr double kReachSlackSizes = 0.3;
-constexpr double kWidestGate = 4.0;   // in sizes
-constexpr double kGateSigmas = 4.0;   // about what companions say
+constexpr double kWidestGate = 4.0;  // in sizes
+constexpr double kGateSigmas = 4.0;  // about what companions say
 constexpr double kLeastCorrelation = 0.45;
 constexpr double kVisibleBlur_px = 0.8;
 constexpr int kEnoughBlurs = 10;
@@ -93,7 +93,8 @@ const char* MarkerFollower::doubt(const MarkerAlignment& found) const {
   const double drop = std::max(kLeastScoreDrop, kScoreDropRatio * (1.0 - m_typical_score));
   if (found.score < std::max(kLeastScore, 1.0 - drop)) return "it is hidden or blurred";
   const double contrast = found.contrast / m_typical_contrast;
-  if (!(contrast < kContrastRange && contrast > 1.0 / kContrastRange)) return "its contrast changed";
+  if (!(contrast < kContrastRange && contrast > 1.0 / kContrastRange))
+    return "its contrast changed";
   if (!(found.sigma_px < kMostSigma_px)) return "its place is too uncertain";
   if (std::abs(found.turn_rad) > kMostTurn_rad) return "it seems to have turned too far";
   return nullptr;
@@ -180,14 +181,12 @@ bool MarkerFollower::allowed(const Eigen::Vector2d& px,
 }
 
 std::vector<MarkerFollower::Finding> MarkerFollower::look_around(
-    const LumaFrame& frame,
-    const std::optional<Forecast>& companion,
-    const char*& why_not) const {
-  const auto box = [](Eigen::Vector2d& low, Eigen::Vector2d& high, const Eigen::Vector2d& middle,
-                      double half) {
-    low = low.cwiseMin(Eigen::Vector2d(middle.array() - half));
-    high = high.cwiseMax(Eigen::Vector2d(middle.array() + half));
-  };
+    const LumaFrame& frame, const std::optional<Forecast>& companion, const char*& why_not) const {
+  const auto box =
+      [](Eigen::Vector2d& low, Eigen::Vector2d& high, const Eigen::Vector2d& middle, double half) {
+        low = low.cwiseMin(Eigen::Vector2d(middle.array() - half));
+        high = high.cwiseMax(Eigen::Vector2d(middle.array() + half));
+      };
   Eigen::Vector2d low = rest_px();
   Eigen::Vector2d high = rest_px();
   box(low, high, rest_px(), reach_px());

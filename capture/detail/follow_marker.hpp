@@ -29,8 +29,9 @@ struct UsualLooks {
 /// One marker's looks and motion: where it may be in the next frame and whether what is found there
 /// is it. Which of several equal markers stands where is decided by `LayoutFollower`.
 ///
-/// The pattern it is aligned with was fitted once, in the first frame that showed the marker clearly;
-/// until then it is known by its kind and by where, how large and how turned the layout says it is.
+/// The pattern it is aligned with was fitted once, in the first frame that showed the marker
+/// clearly; until then it is known by its kind and by where, how large and how turned the layout
+/// says it is.
 class MarkerFollower {
  public:
   /// A marker found in the layout.

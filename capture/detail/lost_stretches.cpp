@@ -37,14 +37,14 @@ std::vector<std::string> sentences_on_losses(const MarkerTrack& track) {
       frames += stretch.num_frames;
       continue;
     }
-    sentences.push_back(fmt::format("Marker '{}' was lost in {} ({}) and {}.",
-                                    track.id,
-                                    frames_text(stretch),
-                                    stretch.reason,
-                                    stretch.found_again
-                                        ? fmt::format("found again in frame {}",
-                                                      stretch.first_frame + stretch.num_frames)
-                                        : "not found again"));
+    sentences.push_back(fmt::format(
+        "Marker '{}' was lost in {} ({}) and {}.",
+        track.id,
+        frames_text(stretch),
+        stretch.reason,
+        stretch.found_again
+            ? fmt::format("found again in frame {}", stretch.first_frame + stretch.num_frames)
+            : "not found again"));
     if (stretch.first_frame == 0 && stretch.found_again) {
       sentences.back() = fmt::format("Marker '{}' was first seen in frame {} ({} before).",
                                      track.id,
