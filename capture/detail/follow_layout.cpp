@@ -129,27 +129,22 @@ bool LayoutFollower::alike(std::size_t i, std::size_t k) const {
 /// Things near a marker that look like it and are no marker of the rig.
 void LayoutFollower::find_strangers(const LumaFrame& first) {
   for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    const MarkerFollower& follower = m_followers[i];
+    MarkerFollower& follower = m_followers[i];
     if (!follower.seen()) continue;
+    const double apart_px = kApart * follower.size_px();
     for (const Eigen::Vector2d& px : follower.look_alikes(first, kLookAround, kLookAlike)) {
-      const bool known =
-          std::any_of(m_first.begin(),
-                      m_first.end(),
-                      [&](const MarkerSample& other) {
-                        return (other.position_px - px).norm() < kApart * follower.size_px();
-                      }) ||
-          std::any_of(m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
-            return (other.px - px).norm() < kApart * follower.size_px();
-          });
-      const bool unseen_marker = [&] {
-        for (std::size_t k = 0; k < m_followers.size(); ++k) {
-          if (!m_followers[k].seen() && m_followers[k].within_reach(px)) return true;
-        }
-        return false;
-      }();
-      if (!known && !unseen_marker && follower.look_at(first, px).good()) {
-        m_strangers.push_back({i, px});
+      bool a_marker = false;
+      for (std::size_t k = 0; k < m_followers.size(); ++k) {
+        a_marker |= m_followers[k].seen() ? (m_first[k].position_px - px).norm() < apart_px
+                                          : m_followers[k].within_reach(px);
       }
+      if (a_marker || !follower.look_at(first, px).good()) continue;
+      follower.keep_off((px - m_first[i].position_px).norm());
+      const bool known = std::any_of(
+          m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
+            return (other.px - px).norm() < apart_px;
+          });
+      if (!known) m_strangers.push_back({i, px});
     }
   }
 }

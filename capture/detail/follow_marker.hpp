@@ -3,9 +3,11 @@
 
 #include "capture/detail/forecast.hpp"
 #include "capture/fit_marker.hpp"
+#include "core/constants.hpp"
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +76,9 @@ class MarkerFollower {
 
   void accept(const LumaFrame& frame, Finding finding);
   void lose() { m_forecast.lost(); }
+  /// Something that looks like it and is no marker of the rig stood so far away: beyond its reach it
+  /// is not looked for farther than half of that [px].
+  void keep_off(double distance_px) { m_half_way_px = std::min(m_half_way_px, 0.5 * distance_px); }
   /// The camera has moved: rest is displaced by that much [px].
   void shift_rest(const Eigen::Vector2d& shift_px) { m_shift = shift_px; }
 
@@ -103,6 +108,7 @@ class MarkerFollower {
   UsualLooks m_usual;
   bool m_seen;
   double m_size_px;
+  double m_half_way_px = kInfinity;  // to the nearest stranger that looks alike
   double m_typical_score;
   double m_typical_contrast;
   double m_blur_ratio = 0.5;  // length of the motion blur over the motion from frame to frame
