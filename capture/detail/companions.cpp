@@ -15,6 +15,7 @@ constexpr double kLeastMotion_px =
 // Error of a share where the motion changes its shape (pulled by a hand, then free).
 constexpr double kSigmaShare = 0.06;
 constexpr double kLeastSigma_px = 0.1;
+constexpr int kLeastMajority = 2;  // one against one tells nothing
 constexpr double kBeside = 4.0;  // sigmas from which a place contradicts a companion
 
 }  // namespace
@@ -90,7 +91,7 @@ bool Companions::contradict(std::size_t marker,
     const bool beside = (told->px - moved_px[marker]).norm() > kBeside * told->sigma_px + slack_px;
     ++(beside ? against : for_it);
   }
-  return against > for_it;
+  return against >= for_it + kLeastMajority;
 }
 
 }  // namespace twang::detail

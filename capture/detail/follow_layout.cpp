@@ -2,10 +2,9 @@
 #include "capture/detail/follow_layout.hpp"
 
 #include "capture/detail/assign_markers.hpp"
-#include "capture/detail/search_marker.hpp"
+#include "capture/detail/start_followers.hpp"
 #include "core/constants.hpp"
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,9 +14,7 @@
 namespace twang::detail {
 namespace {
 
-constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
-constexpr double kReachOfExtent = 0.2;   // of one that was never seen and has no stated release
-constexpr double kAlikeSize = 1.4;       // ratio of sizes up to which markers can be confused
+constexpr double kAlikeSize = 1.4;  // ratio of sizes up to which markers can be confused
 // Price of a marker without a place, and of a place that looks like one and is none's: above any
 // allowed place's, or all dots of a row that jumps by a column but the last would be its neighbour.
 constexpr double kMissing = 80.0;
@@ -42,45 +39,6 @@ MarkerSample sample_of(const MarkerAlignment& found) {
   return {found.placement.position_px, std::hypot(found.sigma_px, kSigmaOfCoding_px), ""};
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double due_size_px(const PartialLayout& layout, const Camera& camera, const Marker& marker) {
-  const Eigen::Vector2d rest = plane_position(camera, marker.position);
-  return marker.size_m *
-         std::sqrt(std::abs(map_jacobian(layout.px_from_plane, rest).determinant()));
-}
-
-/// What is usual of the markers in the layout.
-UsualLooks usual_looks(const PartialLayout& layout, const Rig& rig) {
-  std::vector<double> scores, sizes, contrasts;
-  for (std::size_t i = 0; i < layout.markers.size(); ++i) {
-    if (!layout.markers[i]) continue;
-    const MarkerAlignment& found = layout.markers[i]->alignment;
-    scores.push_back(found.score);
-    sizes.push_back(placed_size_px(found.placement) /
-                    due_size_px(layout, *rig.camera, rig.markers[i]));
-    contrasts.push_back(found.contrast);
-  }
-  return {median(scores), median(sizes), median(contrasts)};
-}
-
-double extent_px(const PartialLayout& layout, const Rig& rig) {
-  double extent = 0.0;
-  for (const Marker& a : rig.markers) {
-    for (const Marker& b : rig.markers) {
-      extent = std::max(extent,
-                        (map_point(layout.px_from_plane, plane_position(*rig.camera, a.position)) -
-                         map_point(layout.px_from_plane, plane_position(*rig.camera, b.position)))
-                            .norm());
-    }
-  }
-  return extent;
-}
-
 }  // namespace
 
 LayoutFollower::LayoutFollower(const LumaFrame& first, const Rig& rig, PartialLayout layout)
@@ -89,34 +47,11 @@ LayoutFollower::LayoutFollower(const LumaFrame& first, const Rig& rig, PartialLa
       m_contradicted(rig.markers.size(), 0),
       m_width_px(first.width_px),
       m_height_px(first.height_px) {
-  const Camera& camera = *rig.camera;
-  const UsualLooks usual = usual_looks(layout, rig);
-  for (std::size_t i = 0; i < rig.markers.size(); ++i) {
-    const Marker& marker = rig.markers[i];
-    const Eigen::Vector2d rest = plane_position(camera, marker.position);
-    const auto to_px = [&](const Eigen::Vector2d& p) { return map_point(layout.px_from_plane, p); };
-    MarkerBackground background;
-    background.rest_px = to_px(rest);
-    if (!marker.fixed && rig.release && rig.release->displacement) {
-      const Eigen::Vector2d far =
-          plane_position(camera, marker.position + kReachOfRelease * *rig.release->displacement);
-      background.reach_px = (to_px(far) - background.rest_px).norm();
-    } else if (!marker.fixed && !layout.markers[i]) {
-      background.reach_px = kReachOfExtent * extent_px(layout, rig);
-    }
-    if (layout.markers[i]) {
-      m_first.push_back(sample_of(layout.markers[i]->alignment));
-      m_followers.emplace_back(std::move(*layout.markers[i]), background);
-    } else {
-      const Eigen::Matrix2d jacobian = map_jacobian(layout.px_from_plane, rest);
-      m_first.push_back({kNowhere, kNaN, "it is hidden or blurred"});
-      m_followers.emplace_back(
-          MarkerPattern(marker),
-          MarkerPlacement{background.rest_px, marker.size_m * jacobian, Eigen::Vector2d::Zero()},
-          background,
-          usual);
-    }
+  for (const auto& marker : layout.markers) {
+    m_first.push_back(marker ? sample_of(marker->alignment)
+                             : MarkerSample{kNowhere, kNaN, "it is hidden or blurred"});
   }
+  m_followers = start_followers(rig, std::move(layout));
   find_strangers(first);
 }
 
@@ -140,8 +75,8 @@ void LayoutFollower::find_strangers(const LumaFrame& first) {
       }
       if (a_marker || !follower.look_at(first, px).good()) continue;
       follower.keep_off((px - m_first[i].position_px).norm());
-      const bool known = std::any_of(
-          m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
+      const bool known =
+          std::any_of(m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
             return (other.px - px).norm() < apart_px;
           });
       if (!known) m_strangers.push_back({i, px});

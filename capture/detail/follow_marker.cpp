@@ -167,8 +167,7 @@ bool MarkerFollower::within_reach(const Eigen::Vector2d& px) const {
 double MarkerFollower::gate_px() const {
   if (!m_seen) return 0.0;
   const double moved = frames_lost() == 0 ? (forecast().px - m_forecast.last_px()).norm() : 0.0;
-  const double gate =
-      std::min(m_size_px * (1.0 + frames_lost()), kWidestGate * m_size_px) + moved;
+  const double gate = std::min(m_size_px * (1.0 + frames_lost()), kWidestGate * m_size_px) + moved;
   return std::min(gate, std::max(m_half_way_px, kCapture * m_size_px));
 }
 

@@ -76,8 +76,8 @@ class MarkerFollower {
 
   void accept(const LumaFrame& frame, Finding finding);
   void lose() { m_forecast.lost(); }
-  /// Something that looks like it and is no marker of the rig stood so far away: beyond its reach it
-  /// is not looked for farther than half of that [px].
+  /// Something that looks like it and is no marker of the rig stood so far away: beyond its reach
+  /// it is not looked for farther than half of that [px].
   void keep_off(double distance_px) { m_half_way_px = std::min(m_half_way_px, 0.5 * distance_px); }
   /// The camera has moved: rest is displaced by that much [px].
   void shift_rest(const Eigen::Vector2d& shift_px) { m_shift = shift_px; }
