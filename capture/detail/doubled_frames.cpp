@@ -14,11 +14,11 @@ constexpr std::ptrdiff_t kManyPixels = 1 << 19;  // from here on a part of the r
 constexpr int kRowStep = 4;
 constexpr double kBlack = 4.0;    // below and
 constexpr double kWhite = 251.0;  // above these the sensor's noise is cut off [grey levels]
-constexpr int kMinBlocks = 32;    // not cut off, to speak of noise
+constexpr int kMinBlocks = 16;    // not cut off, to speak of noise
 constexpr int kShares = 64;       // steps of the share of unequal pixels
 constexpr int kQuarter = 4;
-// A repeat coded anew errs by a few levels in its worst block; real motion of a tenth of a pixel
-// across a printed edge, 200 levels high, is more than this. [grey levels]
+// A repeat coded anew errs by up to seven levels in its worst block; where a printed edge, 200
+// levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
 constexpr float kMotion = 8.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual

@@ -14,7 +14,7 @@ namespace twang::detail {
 /// Where a marker should have been follows from the frames around: about frame c, in frames t from
 /// it, its path is a vibration with slowly changing size and phase about a slowly moving rest,
 ///
-///     y(t) = p + q t + (a + b t) cos ω t + (c + d t) sin ω t,   or a cubic,
+///     y(t) = p + q t + r t² + (a + b t) cos ω t + (c + d t) sin ω t,   or a cubic,
 ///
 /// by least squares without frame c and others that may be repeats; ω is the one that fits best.
 /// A frame taken symmetrically about a turning point stands where this puts it; a repeat that took
