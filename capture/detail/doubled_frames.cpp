@@ -16,22 +16,22 @@ constexpr double kBlack = 4.0;    // below and
 constexpr double kWhite = 251.0;  // above these the sensor's noise is cut off [grey levels]
 constexpr int kMinBlocks = 16;    // not cut off, to speak of noise
 constexpr int kShares = 64;       // steps of the share of unequal pixels
-constexpr int kQuarter = 4;
 // A repeat coded anew errs by up to seven levels in its worst block; where a printed edge, 200
 // levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
 constexpr float kMotion = 8.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
 constexpr std::size_t kMinWitnesses = 8;
-constexpr double kUsual = 0.75;   // quantile: up to two frames of three may be repeats
-constexpr double kAlive = 0.1;    // usual share of unequal pixels from which noise can be missed
-constexpr double kMissing = 0.4;  // of the usual share; repeats stay below 0.25, others above 0.6
+constexpr double kUsual = 0.75;    // quantile: up to two frames of three may be repeats
+constexpr double kAlive = 0.1;     // usual share of unequal pixels from which noise can be missed
+constexpr double kMissing = 0.25;  // of the usual share; repeats hardly ever reach a tenth of it
+constexpr double kPresent = 0.5;   // of the usual share; other frames hardly ever stay below 0.6
 
 using Shares = std::array<int, kShares + 1>;  // blocks by their share of unequal pixels
 
-/// The share that a quarter of the blocks stay below.
-float quartile(const Shares& shares) {
-  const int wanted = std::accumulate(shares.begin(), shares.end(), 0) / kQuarter;
+/// The share that half of the blocks stay below.
+float median(const Shares& shares) {
+  const int wanted = std::accumulate(shares.begin(), shares.end(), 0) / 2;
   int below = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     below += shares[i];
@@ -76,7 +76,7 @@ void DoubledFrames::add(const LumaFrame& frame) {
   }
   light /= std::max(1, rows * columns);
   change.brightness = static_cast<float>(light - m_light);
-  change.unequal = quartile(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
+  change.unequal = median(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
   m_light = light;
   m_changes.push_back(change);
 }
@@ -104,11 +104,9 @@ std::vector<Likeness> DoubledFrames::decide() const {
     const Change& change = m_changes[n];
     if (change.largest > kMotion) continue;
     const double usual = usual_noise(n);
-    if (usual < kAlive) {
-      likeness[n] = Likeness::Alike;
-    } else if (change.unequal < kMissing * usual) {
-      likeness[n] = Likeness::Same;
-    }
+    if (usual >= kAlive && change.unequal > kPresent * usual) continue;
+    const bool missing = usual >= kAlive && change.unequal < kMissing * usual;
+    likeness[n] = missing ? Likeness::Same : Likeness::Alike;
   }
   return likeness;
 }

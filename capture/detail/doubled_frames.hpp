@@ -20,7 +20,7 @@ enum class Likeness : std::uint8_t {
 ///
 /// A repeat changes nothing: neither what moves nor the sensor's noise. The picture is cut into
 /// blocks; of each frame the change of the most changed block is kept (motion) and the share of
-/// pixels that differ in the quieter blocks (noise). Where the film has noise that can be missed,
+/// pixels that differ in the typical block (noise). Where the film has noise that can be missed,
 /// noise decides, be there motion or not. Where compression has taken it away, pictures without
 /// motion are alike and no more: so is a frame taken symmetrically about a turning point.
 ///
@@ -36,7 +36,7 @@ class DoubledFrames {
   struct Change {
     float largest = 0.0F;     // mean absolute change of the most changed block [grey levels]
     float brightness = 0.0F;  // change of the mean [grey levels]
-    float unequal = 0.0F;     // share of pixels that differ, lower quartile of the blocks
+    float unequal = 0.0F;     // share of pixels that differ, median of the blocks
   };
   [[nodiscard]] double usual_noise(std::size_t frame) const;
 
