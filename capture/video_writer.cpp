@@ -134,7 +134,7 @@ struct VideoWriter::Impl {
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
     codec->thread_count = 0;
-    if (options.quick) check(av_opt_set(codec->priv_data, "preset", "superfast", 0));
+    if (options.quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));
     if (container->oformat->flags & AVFMT_GLOBALHEADER) {
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
