@@ -2,6 +2,7 @@
 #include "capture/track_markers.hpp"
 
 #include "capture/detail/doubled_frames.hpp"
+#include "capture/detail/find_repeats.hpp"
 #include "capture/detail/first_layout.hpp"
 #include "capture/detail/follow_layout.hpp"
 #include "capture/detail/lost_stretches.hpp"
@@ -78,7 +79,6 @@ class Tracking {
   void check_all_seen();
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
-  [[nodiscard]] std::vector<bool> find_doubled() const;
   void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
@@ -151,26 +151,6 @@ void Tracking::check_all_seen() {
   }
 }
 
-/// By the pictures, and in slow motion, which these do not show clearly, by the markers: some stand
-/// where they should have moved, and none moved.
-std::vector<bool> Tracking::find_doubled() const {
-  auto [doubled, changed] = m_doubled.decide();
-  std::vector<int> stand(doubled.size(), 0);
-  std::vector<int> move(doubled.size(), 0);
-  for (const MarkerTrack& track : m_result.tracks) {
-    const std::vector<int> verdict =
-        detail::stands_against_motion(track.position_px, track.sigma_px);
-    for (std::size_t n = 0; n < verdict.size(); ++n) {
-      stand[n] += verdict[n] > 0 ? 1 : 0;
-      move[n] += verdict[n] < 0 ? 1 : 0;
-    }
-  }
-  for (std::size_t n = 0; n < doubled.size(); ++n) {
-    if (stand[n] > 0 && move[n] == 0 && !changed[n]) doubled[n] = true;
-  }
-  return doubled;
-}
-
 /// A repeated picture is no measurement: it does not count as scatter.
 void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
   std::vector<std::vector<Eigen::Vector2d>> measured;
@@ -239,7 +219,7 @@ TrackResult Tracking::finish() {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
-  const std::vector<bool> doubled = find_doubled();
+  const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
