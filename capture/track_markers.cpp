@@ -35,12 +35,9 @@ Image copy_of(const LumaFrame& frame) {
   return image;
 }
 
-std::optional<StatedRate> stated_rate(const Rig& rig,
-                                      const VideoInfo& info,
-                                      const TrackOptions& options) {
+std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& options) {
   if (options.capture_fps) return StatedRate{*options.capture_fps, "--capture-fps"};
   if (rig.camera->capture_fps) return StatedRate{*rig.camera->capture_fps, "rig"};
-  if (info.capture_fps_tag) return StatedRate{*info.capture_fps_tag, "tag"};
   return std::nullopt;
 }
 
@@ -168,12 +165,9 @@ PlaneMap Tracking::find_plane() const {
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
-  const TimeBaseSummary& time = m_result.time_base;
-  m_result.notes.push_back(fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
-                                       num_frames,
-                                       time.capture_fps,
-                                       time.source,
-                                       time.file_fps));
+  for (std::string& note : describe_time_base(m_result.time_base)) {
+    m_result.notes.push_back(std::move(note));
+  }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
@@ -193,8 +187,11 @@ TrackResult Tracking::finish() {
   const VideoInfo& info = m_reader.info();
   TimeBase time;
   try {
-    time = correct_time_base(
-        m_stamps_s, info.tick_s, info.declared_fps, stated_rate(m_rig, info, m_options));
+    time = correct_time_base(m_stamps_s,
+                             info.tick_s,
+                             info.declared_fps,
+                             stated_rate(m_rig, m_options),
+                             info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }

@@ -20,7 +20,8 @@ void check(const twang::Rig& rig) {
   for (const twang::Marker& marker : rig.markers) {
     require(!marker.id.empty() && marker.size_m > 0.0 && marker.position.allFinite());
   }
-  for (const twang::Box& clamp : rig.clamps) require(clamp.min.allFinite() && clamp.max.allFinite());
+  for (const twang::Box& clamp : rig.clamps)
+    require(clamp.min.allFinite() && clamp.max.allFinite());
   if (rig.observable) {
     for (const std::string& id : rig.observable->markers) {
       bool known = false;
