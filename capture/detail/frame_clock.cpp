@@ -76,8 +76,8 @@ std::optional<Stamps> count_at_rate(const Stamps& stamps,
 }
 
 std::optional<Stamps> count_at_rate(const Stamps& stamps, double spread_s, double fps) {
-  auto counts = count_at_rate(stamps, spread_s, fps, Doubt::OneFrame);
-  return counts ? counts : count_at_rate(stamps, spread_s, fps, Doubt::Nearest);
+  auto counts = count_at_rate(stamps, spread_s, fps, Doubt::Nearest);
+  return counts ? counts : count_at_rate(stamps, spread_s, fps, Doubt::OneFrame);
 }
 
 /// Whether a rate that nobody declared says more than that stamps are ticks: its frames are longer

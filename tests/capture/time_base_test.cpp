@@ -337,6 +337,14 @@ TEST(TimeBase, ThousandsOfFramesASecondFitMilliseconds) {
   expect_even(base, up_to(3000), 960.0);
 }
 
+TEST(TimeBase, AGapIsSeenWhereAFrameIsATick) {
+  // As AVI counts.
+  const std::vector<int> numbers = {0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 13, 14};
+  const auto base = correct_time_base(stamps_of(numbers, 240.0, 1 / 240.0), 1 / 240.0, 240.0, {});
+  expect_even(base, numbers, 240.0);
+  EXPECT_EQ(base.summary.gaps, 3);
+}
+
 TEST(TimeBase, RefusesStampsThatDoNotIncrease) {
   const auto equal = refusal_of([] { (void)correct_time_base({0.0, 0.1, 0.1}, kTick, 10.0, {}); });
   EXPECT_TRUE(holds(equal, "frame 3"));
