@@ -50,9 +50,15 @@ std::vector<double> fill_stamps(std::vector<double> stamps, std::optional<double
   const auto distance = [](std::size_t a, std::size_t b) {
     return static_cast<double>(b) - static_cast<double>(a);
   };
-  const double step =
-      rate ? 1.0 / *rate
-           : (stamps[known.back()] - stamps[known.front()]) / distance(known.front(), known.back());
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < known.size(); ++k) {
+    const std::size_t a = known[k - 1];
+    steps.push_back((stamps[known[k]] - stamps[a]) / distance(a, known[k]));
+  }
+  // The usual step is a surer guide than the declared rate, which may count fields.
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  if (!steps.empty()) std::nth_element(steps.begin(), middle, steps.end());
+  const double step = steps.empty() ? 1.0 / *rate : *middle;
   const std::size_t first = known.empty() ? 0 : known.front();
   const double origin = known.empty() ? 0.0 : stamps[first];
   std::size_t next = 0;  // of known, the first at or behind i

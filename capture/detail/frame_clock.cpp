@@ -143,6 +143,17 @@ bool on_grid(const Stamps& stamps, double grid_s, double tick_s) {
   });
 }
 
+/// The declared rate, of frames where it counts fields or ticks: no film lacks every second frame.
+std::optional<double> frames_declared(std::optional<double> declared_fps, double line_fps) {
+  constexpr double kNear = 0.02;  // relative
+  if (!declared_fps) return std::nullopt;
+  const double per_frame = std::round(*declared_fps / line_fps);
+  if (per_frame < 2.0 || std::abs(*declared_fps / (per_frame * line_fps) - 1.0) > kNear) {
+    return declared_fps;
+  }
+  return *declared_fps / per_frame;
+}
+
 /// Rates to try, the likelier first: the declared one, usual ones near the line, the line's own.
 std::vector<double> rates_to_try(double line_fps, std::optional<double> declared_fps) {
   std::vector<double> rates;
@@ -174,6 +185,7 @@ FrameClock read_frame_clock(const std::vector<double>& stamps_s,
   for (const double grid : kGrids) {
     if (on_grid(stamps_s, grid, tick_s)) grids.push_back(grid);
   }
+  declared_fps = frames_declared(declared_fps, clock.fps);
   const std::vector<double> rates = rates_to_try(clock.fps, declared_fps);
   for (const double grid : grids) {
     const double spread = grid * (kSpread + kTickSlack) + (grid > tick_s ? tick_s : 0.0);

@@ -129,6 +129,8 @@ void write_foreign_film(const std::filesystem::path& path, const ForeignFilm& fi
   const std::vector<PacketPtr> packets = encode(*codec, film);
   for (std::size_t i = 0; i < packets.size(); ++i) {
     AVPacket& packet = *packets[i];
+    const std::size_t count = film.stamps.size();
+    if (count > 1) packet.duration = film.stamps[count - 1] - film.stamps[count - 2];
     if (film.reordering_lost) packet.pts = packet.dts = film.stamps[i];
     av_packet_rescale_ts(&packet, codec->time_base, stream->time_base);
     require(av_interleaved_write_frame(output.get(), &packet), "writing");

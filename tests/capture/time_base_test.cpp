@@ -345,6 +345,17 @@ TEST(TimeBase, AGapIsSeenWhereAFrameIsATick) {
   EXPECT_EQ(base.summary.gaps, 3);
 }
 
+TEST(TimeBase, ADeclarationOfFieldsIsHalved) {
+  // H.264 copied into AVI: ticks and declared rate are those of fields, the last stamps are lost.
+  std::vector<double> stamps;
+  for (int n = 0; n < 100; ++n) stamps.push_back(n < 98 ? n / 240.0 : kNaN);
+  const auto base = correct_time_base(stamps, 1 / 480.0, 480.0, StatedRate{240.0, "rig"});
+  expect_even(base, up_to(100), 240.0);
+  EXPECT_EQ(base.summary.file_fps, 240.0);
+  EXPECT_EQ(base.summary.gaps, 0);
+  EXPECT_EQ(base.summary.kind, TimeBaseKind::Constant);
+}
+
 TEST(TimeBase, RefusesStampsThatDoNotIncrease) {
   const auto equal = refusal_of([] { (void)correct_time_base({0.0, 0.1, 0.1}, kTick, 10.0, {}); });
   EXPECT_TRUE(holds(equal, "frame 3"));
