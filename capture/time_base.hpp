@@ -20,10 +20,11 @@ struct TimeBaseSummary {
   double file_fps = 0.0;  ///< the container's declaration if the stamps fit it within a tick, else
                           ///< a line through them [1/s]
   double capture_fps = 0.0;  ///< used [1/s]
-  std::string source;  ///< of capture_fps: "rig", "--capture-fps", "tag", "container", "stamps"
-  int frames = 0;      ///< decoded
-  int doubled = 0;     ///< repeated pictures
-  int gaps = 0;        ///< frames missing by the stamps
+  std::string
+      source;  ///< of capture_fps: "rig", "--capture-fps", "tag", "container", "stamps", "clock"
+  int frames = 0;   ///< decoded
+  int doubled = 0;  ///< repeated pictures
+  int gaps = 0;     ///< frames missing by the stamps
   TimeBaseKind kind = TimeBaseKind::Constant;
   bool even = true;     ///< the frames are those of an even clock; else the stamps are kept
   double tick_s = 0.0;  ///< to which the stamps are rounded; coarser than the file's own where the

@@ -61,6 +61,7 @@ class Tracking {
   [[nodiscard]] std::vector<bool> find_doubled() const;
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
+  void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
   const Rig& m_rig;
   const std::filesystem::path& m_video;
@@ -70,11 +71,13 @@ class Tracking {
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
+  std::vector<double> m_brightness;  // of the light, one a frame, if there is one
   TrackResult m_result;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
   m_stamps_s.push_back(frame.stamp_s);
+  if (m_options.clock) m_brightness.push_back(mean_brightness(frame, *m_options.clock));
   m_doubled.add(frame);
   report_progress(m_options.progress,
                   {"tracking",
@@ -168,6 +171,10 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
   for (std::string& note : describe_time_base(m_result.time_base)) {
     m_result.notes.push_back(std::move(note));
   }
+  if (m_result.clock) {
+    m_result.notes.push_back(m_result.clock->message);
+    if (!m_result.clock->warning.empty()) m_result.notes.push_back(m_result.clock->warning);
+  }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
@@ -181,6 +188,18 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
                                          num_frames,
                                          track.lost_because));
   }
+}
+
+void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubled) {
+  for (std::size_t n = 0; n < doubled.size(); ++n) {
+    if (doubled[n]) m_brightness[n] = kNaN;
+  }
+  try {
+    m_result.clock = check_clock(time.time_s, m_brightness, m_options.clock->rate_hz);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
+  if (m_options.clock_correct) correct_by_light(time, *m_result.clock);
 }
 
 TrackResult Tracking::finish() {
@@ -197,6 +216,7 @@ TrackResult Tracking::finish() {
   }
   const std::vector<bool> doubled = find_doubled();
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
+  if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   const PlaneMap map = find_plane();
   m_result.trace =
@@ -223,6 +243,10 @@ TrackResult Tracking::finish() {
 void TrackOptions::check() const {
   if (capture_fps && !(std::isfinite(*capture_fps) && *capture_fps > 0.0)) {
     throw InputError(fmt::format("capture_fps is {}, must be > 0", *capture_fps));
+  }
+  if (clock) clock->check();
+  if (clock_correct && !clock) {
+    throw InputError("clock_correct is set, must come with a clock to correct by");
   }
   for (const auto& [id, px] : start_px) {
     if (!px.allFinite()) {
