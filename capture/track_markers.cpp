@@ -38,12 +38,9 @@ Image copy_of(const LumaFrame& frame) {
   return image;
 }
 
-std::optional<StatedRate> stated_rate(const Rig& rig,
-                                      const VideoInfo& info,
-                                      const TrackOptions& options) {
+std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& options) {
   if (options.capture_fps) return StatedRate{*options.capture_fps, "--capture-fps"};
   if (rig.camera->capture_fps) return StatedRate{*rig.camera->capture_fps, "rig"};
-  if (info.capture_fps_tag) return StatedRate{*info.capture_fps_tag, "tag"};
   return std::nullopt;
 }
 
@@ -82,6 +79,7 @@ class Tracking {
   void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
+  void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
   const Rig& m_rig;
   const std::filesystem::path& m_video;
@@ -91,11 +89,13 @@ class Tracking {
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
+  std::vector<double> m_brightness;  // of the light, one a frame, if there is one
   TrackResult m_result;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
   m_stamps_s.push_back(frame.stamp_s);
+  if (m_options.clock) m_brightness.push_back(mean_brightness(frame, *m_options.clock));
   m_doubled.add(frame);
   report_progress(m_options.progress,
                   {"tracking",
@@ -192,12 +192,13 @@ PlaneMap Tracking::find_plane() const {
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
-  const TimeBaseSummary& time = m_result.time_base;
-  m_result.notes.push_back(fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
-                                       num_frames,
-                                       time.capture_fps,
-                                       time.source,
-                                       time.file_fps));
+  for (std::string& note : describe_time_base(m_result.time_base)) {
+    m_result.notes.push_back(std::move(note));
+  }
+  if (m_result.clock) {
+    m_result.notes.push_back(m_result.clock->message);
+    if (!m_result.clock->warning.empty()) m_result.notes.push_back(m_result.clock->warning);
+  }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
@@ -209,18 +210,34 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
   }
 }
 
+void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubled) {
+  for (std::size_t n = 0; n < doubled.size(); ++n) {
+    if (doubled[n]) m_brightness[n] = kNaN;
+  }
+  try {
+    m_result.clock = check_clock(time.time_s, m_brightness, m_options.clock->rate_hz);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
+  if (m_options.clock_correct) correct_by_light(time, *m_result.clock);
+}
+
 TrackResult Tracking::finish() {
   check_all_seen();
   const VideoInfo& info = m_reader.info();
   TimeBase time;
   try {
-    time = correct_time_base(
-        m_stamps_s, info.tick_s, info.declared_fps, stated_rate(m_rig, info, m_options));
+    time = correct_time_base(m_stamps_s,
+                             info.tick_s,
+                             info.declared_fps,
+                             stated_rate(m_rig, m_options),
+                             info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
   const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
+  if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
   const PlaneMap map = find_plane();
@@ -249,6 +266,10 @@ TrackResult Tracking::finish() {
 void TrackOptions::check() const {
   if (capture_fps && !(std::isfinite(*capture_fps) && *capture_fps > 0.0)) {
     throw InputError(fmt::format("capture_fps is {}, must be > 0", *capture_fps));
+  }
+  if (clock) clock->check();
+  if (clock_correct && !clock) {
+    throw InputError("clock_correct is set, must come with a clock to correct by");
   }
   for (const auto& [id, px] : start_px) {
     if (!px.allFinite()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/clock_check.hpp"
 #include "capture/image.hpp"
 #include "capture/time_base.hpp"
 #include "core/progress.hpp"
@@ -21,6 +22,8 @@ struct TrackOptions {
       start_px;                    ///< where a marker stands in the first frame, by id [px]
   std::filesystem::path overlay;   ///< film to write with the tracks drawn in; empty: none
   ProgressCallback progress = {};  ///< frames done of frames expected
+  std::optional<BlinkingLight> clock = {};  ///< a light to hold the film's clock against
+  bool clock_correct = false;               ///< scale the time by what the light says
   void check() const;
 };
 
@@ -55,6 +58,7 @@ struct TrackResult {
   Image first_frame_with_tracks;   ///< colour: the found layout and the paths, for the report
   std::vector<std::string> notes;  ///< one sentence each
   std::size_t layout_frame = 0;    ///< the number of `first_frame`; before it all is nan
+  std::optional<ClockCheck> clock = {};  ///< where a light was given
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.
