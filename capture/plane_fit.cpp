@@ -19,6 +19,8 @@ using Matrix28d = Eigen::Matrix<double, 2, 8>;
 constexpr int kMostIterations = 20;
 // Smallest over largest singular value of points that still span a plane.
 constexpr double kLeastSpread = 1e-3;
+// Of known positions, from which slant and perspective are to be read all over the plane.
+constexpr double kLeastAcross = 0.05;
 
 double weight_of(const PointPairs& pairs, std::size_t i) {
   return pairs.sigma.empty() ? 1.0 : 1.0 / (pairs.sigma[i] * pairs.sigma[i]);
@@ -165,6 +167,17 @@ Homography fit_homography(const PointPairs& pairs) {
   const Homography map = refine(direct_linear_transform(normal), normal);
   const Homography result = to.inverse() * map * from;
   return result / result(2, 2);
+}
+
+bool span_plane(const Points& points) {
+  if (points.size() < 4) return false;
+  Eigen::Matrix2Xd offsets(2, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    offsets.col(static_cast<Eigen::Index>(i)) = points[i];
+  }
+  offsets.colwise() -= Eigen::Vector2d(offsets.rowwise().mean());
+  const Eigen::Vector2d spread = Eigen::JacobiSVD<Eigen::Matrix2Xd>(offsets).singularValues();
+  return spread[1] > kLeastAcross * spread[0];
 }
 
 int num_parameters(MapKind kind) {

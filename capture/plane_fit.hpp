@@ -32,6 +32,9 @@ struct PointPairs {
 /// @throws InputError if the points lie on a line and leave the map undetermined
 [[nodiscard]] Homography fit_homography(const PointPairs& pairs);
 
+/// Whether points spread far enough off any line to show slant and perspective all over the plane.
+[[nodiscard]] bool span_plane(const std::vector<Eigen::Vector2d>& points);
+
 /// What a map is allowed to do.
 enum class MapKind {
   Shift,       ///< translation: one point or more

@@ -20,7 +20,6 @@ using Points = std::vector<Eigen::Vector2d>;
 
 // The settled position is looked for in this last part of a film.
 constexpr double kSettledPart = 0.3;
-constexpr std::size_t kFixedForHomography = 4;
 
 }  // namespace
 
@@ -129,7 +128,7 @@ class PlaneMapper {
     if (m_fixed.size() >= 2) {
       m_mean.pairs.from = m_camera.mean_px;
       for (const std::size_t i : m_fixed) m_mean.pairs.to.push_back(m_markers[i].rest);
-      if (m_fixed.size() >= kFixedForHomography) m_mean.kind = MapKind::Projective;
+      if (span_plane(m_mean.pairs.to)) m_mean.kind = MapKind::Projective;
       m_mean.fit = fit_map(m_mean.kind, m_mean.pairs);
       note(fmt::format("Scale and rest come from {} fixed markers ({}).",
                        m_fixed.size(),

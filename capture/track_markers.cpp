@@ -5,6 +5,7 @@
 #include "capture/detail/follow_marker.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/find_layout.hpp"
+#include "capture/lens.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
 #include "capture/video_reader.hpp"
@@ -48,7 +49,10 @@ std::optional<StatedRate> stated_rate(const Rig& rig,
 class Tracking {
  public:
   Tracking(const Rig& rig, const std::filesystem::path& video, const TrackOptions& options)
-      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
+      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {
+    const std::filesystem::path& lens = options.lens.empty() ? rig.camera->lens : options.lens;
+    if (!lens.empty()) m_lens = read_lens(lens);
+  }
 
   TrackResult run() {
     begin();
@@ -60,9 +64,10 @@ class Tracking {
   void begin();
   void follow(const LumaFrame& frame);
   void note_frame(const LumaFrame& frame);
+  [[nodiscard]] Lens lens_of_film(const Lens& lens, const LumaFrame& frame) const;
   TrackResult finish();
   [[nodiscard]] std::vector<bool> find_doubled() const;
-  [[nodiscard]] PlaneMap find_plane() const;
+  [[nodiscard]] PlaneMap find_plane(const std::vector<MarkerTrack>& straight) const;
   void add_notes(const std::vector<bool>& doubled);
 
   const Rig& m_rig;
@@ -74,6 +79,7 @@ class Tracking {
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
   TrackResult m_result;
+  std::optional<Lens> m_lens;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
@@ -85,6 +91,14 @@ void Tracking::note_frame(const LumaFrame& frame) {
                    static_cast<double>(m_reader.info().declared_frames.value_or(0))});
 }
 
+Lens Tracking::lens_of_film(const Lens& lens, const LumaFrame& frame) const {
+  try {
+    return lens_for_size(lens, frame.width_px, frame.height_px);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
+}
+
 /// The first frame: where everything is.
 void Tracking::begin() {
   const auto frame = m_reader.read();
@@ -92,6 +106,7 @@ void Tracking::begin() {
     throw InputError(fmt::format("{}: holds no picture, must hold a film", m_video.string()));
   }
   m_result.first_frame = copy_of(*frame);
+  if (m_lens) m_lens = lens_of_film(*m_lens, *frame);
   Layout layout = find_layout(*frame, m_rig, m_options.start_px, m_video.string());
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
@@ -146,16 +161,20 @@ std::vector<bool> Tracking::find_doubled() const {
   return doubled;
 }
 
-PlaneMap Tracking::find_plane() const {
+PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   std::vector<PlaneMarker> markers;
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
-    const MarkerTrack& track = m_result.tracks[i];
+    const MarkerTrack& track = straight[i];
+    const Eigen::Vector2d& first_px = track.position_px.front();
+    const double bent = m_lens && first_px.allFinite()
+                            ? std::sqrt(m_lens->distortion_jacobian(first_px).determinant())
+                            : 1.0;
     markers.push_back({marker.id,
                        marker.fixed,
                        plane_position(*m_rig.camera, marker.position),
                        marker.size_m,
-                       m_size_px[i],
+                       m_size_px[i] / bent,
                        &track.position_px,
                        &track.sigma_px});
   }
@@ -201,11 +220,16 @@ TrackResult Tracking::finish() {
   const std::vector<bool> doubled = find_doubled();
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
-  const PlaneMap map = find_plane();
-  m_result.trace =
-      detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
+  const std::vector<MarkerTrack> straight =
+      m_lens ? detail::straightened(m_result.tracks, *m_lens) : m_result.tracks;
+  const PlaneMap map = find_plane(straight);
+  m_result.trace = detail::trace_of_tracks(
+      m_rig,
+      {m_result.tracks, straight, map, time.time_s, doubled, m_result.first_frame.height_px});
   m_result.mm_per_px = map.mm_per_px;
   m_result.plane_residual_px = map.residual_px;
+  m_result.plane_residual_mm = map.residual_mm;
+  m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
   add_notes(doubled);
 

@@ -3,6 +3,7 @@
 
 #include "capture/image.hpp"
 #include "capture/time_base.hpp"
+#include "core/constants.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "rigs/rig.hpp"
@@ -21,6 +22,7 @@ struct TrackOptions {
       start_px;                    ///< where a marker stands in the first frame, by id [px]
   std::filesystem::path overlay;   ///< film to write with the tracks drawn in; empty: none
   ProgressCallback progress = {};  ///< frames done of frames expected
+  std::filesystem::path lens;      ///< camera file; overrules the rig's; empty: that one
   void check() const;
 };
 
@@ -31,6 +33,8 @@ struct MarkerTrack {
   std::vector<double> sigma_px;              ///< of one coordinate, one a frame [px]
   int frames_lost = 0;
   std::string lost_because;  ///< the first reason, for a person; empty if never lost
+  double noise_floor_px = kNaN;  ///< scatter of a coordinate while the marker is still, the camera's
+                                 ///< motion and slow drift taken out; nan if it never is [px]
 };
 
 /// A film turned into marker positions.
@@ -44,6 +48,9 @@ struct TrackResult {
   Image first_frame;  ///< grey
   Image first_frame_with_tracks;   ///< colour: the found layout and the paths, for the report
   std::vector<std::string> notes;  ///< one sentence each
+  double plane_residual_mm = 0.0;  ///< plane_residual_px in the plane [mm]
+  double scale_sigma_rel = kNaN;   ///< one sigma of the scale, common to all samples and in none of
+                                   ///< their sigmas; nan where nothing tells, see `PlaneMap` [-]
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.

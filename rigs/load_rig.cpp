@@ -123,7 +123,7 @@ Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
   rig.clamps = detail::read_clamps(document, rig);
   rig.masses = read_masses(document);
   rig.markers = detail::read_markers(document, rig);
-  rig.camera = detail::read_camera(document);
+  rig.camera = detail::read_camera(document, path.parent_path());
   rig.observable = detail::read_observable(document, rig);
   rig.release = read_release(document);
   rig.tolerance = read_tolerance(document);

@@ -77,8 +77,7 @@ class MotionFit {
   double rms_px = 0.0;      // of a coordinate, what was left out apart
 
   [[nodiscard]] double reduced() const { return freedom > 0.0 ? m_inlier_cost / freedom : 0.0; }
-  [[nodiscard]] std::optional<MapKind> kind() const { return m_kind; }
-  [[nodiscard]] const std::vector<std::vector<bool>>& left_out() const { return m_left_out; }
+  [[nodiscard]] const Points& mean_px() const { return m_mean; }
   [[nodiscard]] bool leaves_out(std::size_t i) const {
     return std::find(m_left_out[i].begin(), m_left_out[i].end(), true) != m_left_out[i].end();
   }
@@ -396,7 +395,7 @@ CameraMotion find_camera_motion(const std::vector<FixedMarker>& markers) {
   }
   MotionFit moved(markers, markers.size() == 1 ? MapKind::Shift : MapKind::Similarity);
   if (!pays(still, moved)) return told(std::move(still));
-  if (markers.size() < 4) return told(std::move(moved));
+  if (!span_plane(moved.mean_px())) return told(std::move(moved));
   // What a similarity leaves out of many frames may be the picture's slant that changes.
   MotionFit slanted(markers, MapKind::Projective);
   const bool fits = moved.rms_px < kStillCamera_px || others_were_touched(moved, markers.size()) ||
