@@ -68,8 +68,8 @@ int main(int argc, char** argv) {
   } catch (const twang::NumericalFailure& error) {
     say(fmt::format("twang: {}", error.what()));
     return kNumericalFailure;
-  } catch (const twang::Cancelled&) {
-    say("twang: interrupted, nothing was written");
+  } catch (const twang::Cancelled& stop) {
+    say(fmt::format("twang: {}", stop.what()));
     return kInterrupted;
   } catch (const std::bad_alloc&) {
     say("twang: the memory of this machine does not suffice; a larger --dx needs less");

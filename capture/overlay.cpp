@@ -149,7 +149,7 @@ void write_overlay(const std::filesystem::path& video,
   while (const auto frame = reader.read()) {
     writer.write(to_image(draw_frame(*frame, drawing, n)));
     ++n;
-    report_progress(progress, {"drawing the tracks", static_cast<double>(n), total});
+    report_progress(progress, {"drawing the tracks", static_cast<double>(n), total, "frames"});
   }
   writer.finish();
 }

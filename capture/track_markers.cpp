@@ -82,7 +82,8 @@ void Tracking::note_frame(const LumaFrame& frame) {
   report_progress(m_options.progress,
                   {"tracking",
                    static_cast<double>(m_stamps_s.size()),
-                   static_cast<double>(m_reader.info().declared_frames.value_or(0))});
+                   static_cast<double>(m_reader.info().declared_frames.value_or(0)),
+                   "frames"});
 }
 
 /// The first frame: where everything is.
@@ -218,6 +219,8 @@ TrackResult Tracking::finish() {
                   std::min(kOverlayFps, time.summary.file_fps),
                   m_options.progress);
   }
+  m_result.size_px = m_size_px;
+  m_result.doubled = doubled;
   return std::move(m_result);
 }
 

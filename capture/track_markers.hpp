@@ -44,6 +44,8 @@ struct TrackResult {
   Image first_frame;  ///< grey
   Image first_frame_with_tracks;   ///< colour: the found layout and the paths, for the report
   std::vector<std::string> notes;  ///< one sentence each
+  std::vector<double> size_px;     ///< of each marker in the first frame [px]
+  std::vector<bool> doubled;       ///< one a frame: repeats the one before
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.
