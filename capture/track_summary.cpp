@@ -11,7 +11,6 @@ namespace twang {
 namespace {
 
 constexpr std::size_t kBlock = 20;     // frames: short beside a vibration's decay
-constexpr double kStillWithin = 4.0;   // stated sigmas: standing, not moving
 constexpr int kFewestForResidual = 3;  // fixed markers; two are met exactly by a similarity
 
 double median(std::vector<double> values) {
@@ -73,13 +72,8 @@ double travel(const std::vector<Eigen::Vector2d>& path) {
 
 }  // namespace
 
-double noise_floor(const std::vector<Eigen::Vector2d>& position_px,
-                   const std::vector<double>& sigma_px,
-                   const std::vector<bool>& skip) {
-  const double limit = kStillWithin * median(sigma_px);
-  double least = kInfinity;
-  double sum = 0.0;
-  int still = 0;
+double noise_floor(const std::vector<Eigen::Vector2d>& position_px, const std::vector<bool>& skip) {
+  std::vector<double> variances;
   std::vector<Eigen::Vector2d> block;
   for (std::size_t n = 0; n < position_px.size(); ++n) {
     if (n < skip.size() && skip[n]) continue;
@@ -89,15 +83,13 @@ double noise_floor(const std::vector<Eigen::Vector2d>& position_px,
     }
     block.push_back(position_px[n]);
     if (block.size() < kBlock) continue;
-    const double variance = variance_about_line(block);
+    variances.push_back(variance_about_line(block));
     block.clear();
-    least = std::min(least, variance);
-    if (variance > limit * limit) continue;
-    sum += variance;
-    ++still;
   }
-  if (still > 0) return std::sqrt(sum / still);
-  return std::isfinite(least) ? std::sqrt(least) : kNaN;
+  if (variances.empty()) return kNaN;
+  const auto quarter = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
+  std::nth_element(variances.begin(), quarter, variances.end());
+  return std::sqrt(*quarter);
 }
 
 std::vector<Eigen::Vector2d> displacement_mm(const Rig& rig,
@@ -129,7 +121,7 @@ std::vector<MarkerSummary> summarize_markers(const Rig& rig, const TrackResult& 
     }
     summary.frames_seen = static_cast<int>(track.position_px.size()) - summary.frames_lost;
     summary.sigma_px = median(track.sigma_px);
-    summary.noise_floor_px = noise_floor(track.position_px, track.sigma_px, result.doubled);
+    summary.noise_floor_px = noise_floor(track.position_px, result.doubled);
     const Channel* sigma = result.trace.find(track.id + ".sigma_mm");
     summary.sigma_mm = sigma ? median(sigma->values) : kNaN;
     if (const Marker* marker = rig.find_marker(track.id)) {

@@ -37,15 +37,13 @@ struct MarkerSummary {
 };
 
 /// The scatter of a track while its marker stands still: blocks of a few frames are each freed of a
-/// straight line, and those count whose rms is within a few stated sigmas; the quietest alone if
-/// none is.
+/// straight line; the rms that a quarter of them stay below.
 ///
-/// Where compression freezes a still picture, this is smaller than the scatter in motion.
-/// @param sigma_px  stated sigma of one coordinate in each frame [px]
-/// @param skip      frames left out (repeats of the one before); empty: none
-/// @return          one standard deviation of one coordinate; nan with no whole block [px]
+/// A film that is at rest for less than a quarter shows its motion here. Where compression freezes
+/// a still picture, the noise floor is smaller than the scatter in motion.
+/// @param skip  frames left out (repeats of the one before); empty: none
+/// @return      one standard deviation of one coordinate; nan with no whole block [px]
 [[nodiscard]] double noise_floor(const std::vector<Eigen::Vector2d>& position_px,
-                                 const std::vector<double>& sigma_px,
                                  const std::vector<bool>& skip = {});
 
 /// The markers of a tracked film in the rig's order.
