@@ -27,6 +27,7 @@ constexpr double kWidestPicture = 690.0;
 constexpr double kTopOfRows = 588.0;
 constexpr double kBottomOfRows = 990.0;
 constexpr double kTopOfNotes = 1046.0;
+constexpr std::size_t kManyMarkers = 12;
 constexpr double kExact_px = 1e-9;     // round-off: four points fit a homography
 constexpr std::size_t kMostNotes = 8;  // in two columns
 
@@ -125,31 +126,51 @@ void ContactSheet::draw_title() {
 
 /// @return where the picture ends at the right
 double ContactSheet::draw_picture() {
-  const Image& image = m_result.first_frame_with_tracks;
-  if (image.width_px <= 0 || image.height_px <= 0) return kMargin + 300.0;
+  const Image& image = m_result.first_frame;
   const double scale = std::min(kWidestPicture / image.width_px, kPictureHeight / image.height_px);
   const SheetBox box{
       kMargin, kTopOfPictures - 8.0, scale * image.width_px, scale * image.height_px};
   m_canvas.picture(box, image);
   m_canvas.outline(box, kFaint);
-  // Crosshairs at the sheet's own resolution; the names come with the picture.
+  const auto on_sheet = [&](const Eigen::Vector2d& px) {
+    return Eigen::Vector2d(Eigen::Vector2d(box.x, box.y) +
+                           scale * (px + Eigen::Vector2d::Constant(0.5)));
+  };
+  const double letters = m_markers.size() > kManyMarkers ? 5.0 : 8.0;
+  for (std::size_t i = 0; i < m_result.tracks.size(); ++i) {
+    std::vector<Eigen::Vector2d> path;
+    for (const Eigen::Vector2d& px : m_result.tracks[i].position_px) path.push_back(on_sheet(px));
+    m_canvas.line(path, marker_light_colour(i), 0.75);
+  }
   for (std::size_t i = 0; i < m_result.tracks.size(); ++i) {
     const MarkerTrack& track = m_result.tracks[i];
     if (track.position_px.empty() || !track.position_px.front().allFinite()) continue;
-    const Eigen::Vector2d at = Eigen::Vector2d(box.x, box.y) +
-                               scale * (track.position_px.front() + Eigen::Vector2d::Constant(0.5));
-    const double arm =
-        std::max(4.0, 0.35 * scale * (i < m_result.size_px.size() ? m_result.size_px[i] : 0.0));
-    m_canvas.line({at - Eigen::Vector2d(arm, 0.0), at + Eigen::Vector2d(arm, 0.0)}, kAlarm, 0.5);
-    m_canvas.line({at - Eigen::Vector2d(0.0, arm), at + Eigen::Vector2d(0.0, arm)}, kAlarm, 0.5);
+    const Eigen::Vector2d at = on_sheet(track.position_px.front());
+    const double radius = std::max(4.0, 0.8 * scale * m_result.size_px[i]);
+    const SheetColour colour = marker_light_colour(i);
+    m_canvas.ring(at, radius, colour);
+    const Eigen::Vector2d arm(0.45 * radius, 0.0);
+    const Eigen::Vector2d down(0.0, 0.45 * radius);
+    m_canvas.line({at - arm, at + arm}, kAlarm, 0.5);
+    m_canvas.line({at - down, at + down}, kAlarm, 0.5);
+    const double width = SheetCanvas::text_width(track.id, letters);
+    const double left = at.x() + radius + 2.0 + width < box.right()
+                            ? at.x() + 0.75 * radius
+                            : at.x() - 0.75 * radius - width;
+    m_canvas.label(
+        {left, std::max(box.y + letters + 2.0, at.y() - 0.75 * radius)}, track.id, letters, colour);
   }
+  const double right = std::max(box.right(), kMargin + 340.0);
   m_canvas.text({box.x, box.bottom() + 16.0},
-                fmt::format("first frame, {} x {} px, with the layout found and the paths taken",
-                            image.width_px,
-                            image.height_px),
+                SheetCanvas::shortened(
+                    fmt::format("first frame, {} x {} px: the layout found, the paths taken",
+                                image.width_px,
+                                image.height_px),
+                    7.5,
+                    right - box.x),
                 7.5,
                 kFaint);
-  return std::max(box.right(), kMargin + 300.0);
+  return right;
 }
 
 void ContactSheet::draw_observable(const SheetBox& box) {

@@ -87,9 +87,9 @@ double noise_floor(const std::vector<Eigen::Vector2d>& position_px, const std::v
     block.clear();
   }
   if (variances.empty()) return kNaN;
-  const auto quarter = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
-  std::nth_element(variances.begin(), quarter, variances.end());
-  return std::sqrt(*quarter);
+  const auto tenth = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 10);
+  std::nth_element(variances.begin(), tenth, variances.end());
+  return std::sqrt(*tenth);
 }
 
 std::vector<Eigen::Vector2d> displacement_mm(const Rig& rig,
@@ -121,12 +121,14 @@ std::vector<MarkerSummary> summarize_markers(const Rig& rig, const TrackResult& 
     }
     summary.frames_seen = static_cast<int>(track.position_px.size()) - summary.frames_lost;
     summary.sigma_px = median(track.sigma_px);
-    summary.noise_floor_px = noise_floor(track.position_px, result.doubled);
     const Channel* sigma = result.trace.find(track.id + ".sigma_mm");
     summary.sigma_mm = sigma ? median(sigma->values) : kNaN;
     if (const Marker* marker = rig.find_marker(track.id)) {
       summary.fixed = marker->fixed;
-      summary.travel_mm = travel(displacement_mm(rig, result.trace, *marker));
+      std::vector<Eigen::Vector2d> path = displacement_mm(rig, result.trace, *marker);
+      summary.travel_mm = travel(path);
+      for (Eigen::Vector2d& at : path) at /= result.mm_per_px;
+      summary.noise_floor_px = noise_floor(path, result.doubled);
     }
     summaries.push_back(std::move(summary));
   }

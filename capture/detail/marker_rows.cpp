@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace twang::detail {
@@ -20,14 +19,6 @@ constexpr double kPaths = 480.0;
 constexpr double kSigmas = 170.0;
 constexpr double kTitle = 8.0;  // heights of letters
 constexpr double kNumbers = 7.5;
-
-// Darker than those drawn into the picture, in the same order.
-constexpr std::array kColours = {SheetColour{205, 125, 0},
-                                 SheetColour{0, 115, 200},
-                                 SheetColour{55, 150, 20},
-                                 SheetColour{205, 60, 145},
-                                 SheetColour{150, 135, 0},
-                                 SheetColour{100, 85, 215}};
 
 }  // namespace
 
@@ -82,7 +73,7 @@ void MarkerRows::draw(SheetCanvas& canvas) const {
   draw_paths(canvas, first, 0, "to the right in the picture");
   draw_paths(canvas, second, 1, "down in the picture");
   draw_sigmas(canvas, third);
-  draw_words(canvas, third + kSigmas + 24.0);
+  draw_words(canvas, third + kSigmas + 30.0);
 }
 
 void MarkerRows::draw_names(SheetCanvas& canvas) const {
@@ -128,7 +119,7 @@ void MarkerRows::draw_paths(SheetCanvas& canvas,
     plot.box.height = m_row_height;
     std::vector<double> path;
     for (const Eigen::Vector2d& at : m_paths_mm[row]) path.push_back(at[axis]);
-    plot.draw_curve(canvas, time_s, path, kColours[row % kColours.size()]);
+    plot.draw_curve(canvas, time_s, path, marker_colour(row));
   }
 }
 
@@ -146,7 +137,7 @@ void MarkerRows::draw_sigmas(SheetCanvas& canvas, double left) const {
   low = std::max(kLowest, std::floor(low));
   high = std::max(low + 1.0, std::ceil(high));
   const SheetPlot scale{{left, m_box.y, kSigmas, m_box.height}, low, high, 0.0, 1.0};
-  canvas.text({left, m_box.y - 10.0}, "one sigma of a coordinate [px]", kTitle);
+  canvas.text({left, m_box.y - 10.0}, "sigma of a coordinate [px]", kTitle);
   for (double power = low; power <= high + 0.5; power += 1.0) {
     const double x = scale.at(power, 0.0).x();
     canvas.line({{x, m_box.y}, {x, m_box.bottom()}}, kRule, 0.5);

@@ -5,7 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace twang::detail {
 namespace {
@@ -47,7 +49,26 @@ std::string ascii(const std::string& words) {
 double font_scale(double height) { return kFiner * height / kCapital_px; }
 int font_stroke(double height) { return height > 10.0 ? 3 : 2; }
 
+// Told apart by most eyes.
+constexpr std::array kOnWhite = {SheetColour{205, 125, 0},
+                                 SheetColour{0, 115, 200},
+                                 SheetColour{55, 150, 20},
+                                 SheetColour{205, 60, 145},
+                                 SheetColour{150, 135, 0},
+                                 SheetColour{100, 85, 215}};
+constexpr std::array kOnPicture = {SheetColour{255, 170, 0},
+                                   SheetColour{0, 190, 255},
+                                   SheetColour{120, 230, 60},
+                                   SheetColour{255, 110, 200},
+                                   SheetColour{240, 230, 40},
+                                   SheetColour{150, 140, 255}};
+
 }  // namespace
+
+SheetColour marker_colour(std::size_t marker) { return kOnWhite[marker % kOnWhite.size()]; }
+SheetColour marker_light_colour(std::size_t marker) {
+  return kOnPicture[marker % kOnPicture.size()];
+}
 
 struct SheetCanvas::Impl {
   cv::Mat drawn;
@@ -122,6 +143,31 @@ void SheetCanvas::text(const Eigen::Vector2d& at,
               scalar(colour),
               font_stroke(height),
               cv::LINE_AA);
+}
+
+void SheetCanvas::label(const Eigen::Vector2d& at,
+                        const std::string& words,
+                        double height,
+                        SheetColour colour) {
+  const cv::Point origin(static_cast<int>(std::lround(kFiner * at.x())),
+                         static_cast<int>(std::lround(kFiner * at.y())));
+  const int stroke = font_stroke(height);
+  for (const auto& [ink, width] : {std::pair{SheetColour{}, stroke + (height > 6.0 ? 4 : 3)}, {colour, stroke}}) {
+    cv::putText(m_impl->drawn,
+                ascii(words),
+                origin,
+                kFont,
+                font_scale(height),
+                scalar(ink),
+                width,
+                cv::LINE_AA);
+  }
+}
+
+void SheetCanvas::ring(const Eigen::Vector2d& at, double radius, SheetColour colour) {
+  if (!at.allFinite()) return;
+  const int fine_radius = static_cast<int>(std::lround(kFiner * radius * (1 << kShift)));
+  cv::circle(m_impl->drawn, fine(at), fine_radius, scalar(colour), 2 * kFiner, cv::LINE_AA, kShift);
 }
 
 double SheetCanvas::text_width(const std::string& words, double height) {

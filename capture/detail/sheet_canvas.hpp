@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@ struct SheetColour {
 inline constexpr SheetColour kInk{30, 34, 40};
 inline constexpr SheetColour kFaint{112, 118, 126};
 inline constexpr SheetColour kRule{222, 225, 229};
+/// The colour of the marker of that number, on white and over a picture.
+[[nodiscard]] SheetColour marker_colour(std::size_t marker);
+[[nodiscard]] SheetColour marker_light_colour(std::size_t marker);
+
 inline constexpr SheetColour kBlue{25, 100, 190};
 inline constexpr SheetColour kAlarm{205, 40, 40};
 inline constexpr SheetColour kOrange{214, 128, 10};
@@ -57,6 +62,12 @@ class SheetCanvas {
             double height,
             SheetColour colour = kInk,
             TextSide side = TextSide::Left);
+  /// The same over a picture: light letters with a dark rim.
+  void label(const Eigen::Vector2d& at,
+             const std::string& words,
+             double height,
+             SheetColour colour);
+  void ring(const Eigen::Vector2d& at, double radius, SheetColour colour);
   [[nodiscard]] static double text_width(const std::string& words, double height);
   /// The text, or as much of its beginning as fits into `width`, with dots.
   [[nodiscard]] static std::string shortened(const std::string& words, double height, double width);
