@@ -42,7 +42,7 @@ std::string at_text(const Eigen::Vector2d& px) {
 void check_kinds(const Rig& rig) {
   for (const Marker& marker : rig.markers) {
     try {
-      static_cast<void>(pattern_value(marker.kind, 0.0, 0.0));
+      static_cast<void>(MarkerPattern(marker));
     } catch (const InputError&) {
       throw InputError(
           fmt::format("{}: marker '{}' is of kind '{}', which cannot be tracked, must be cross, "
@@ -92,10 +92,10 @@ class LayoutSearch {
   Layout run();
 
  private:
-  [[nodiscard]] std::vector<MarkerKind> kinds() const;
+  [[nodiscard]] std::vector<MarkerPattern> patterns() const;
   void describe_markers();
   void gather_candidates();
-  int candidate_near(const Marker& marker, const Eigen::Vector2d& start);
+  int candidate_near(const MarkerPattern& pattern, const Eigen::Vector2d& start);
   Constellation match();
   void look_closer(Constellation& found);
   [[noreturn]] void refuse_missing(std::size_t marker) const;
@@ -111,10 +111,10 @@ class LayoutSearch {
   std::vector<MarkerCandidate> m_candidates;
 };
 
-std::vector<MarkerKind> LayoutSearch::kinds() const {
-  std::set<MarkerKind> kinds;
-  for (const Marker& marker : m_rig.markers) kinds.insert(marker.kind);
-  return {kinds.begin(), kinds.end()};
+std::vector<MarkerPattern> LayoutSearch::patterns() const {
+  std::set<MarkerPattern> patterns;
+  for (const LayoutMarker& marker : m_markers) patterns.insert(marker.pattern);
+  return {patterns.begin(), patterns.end()};
 }
 
 void LayoutSearch::describe_markers() {
@@ -127,8 +127,7 @@ void LayoutSearch::describe_markers() {
     }
   }
   for (const Marker& marker : m_rig.markers) {
-    LayoutMarker described;
-    described.kind = marker.kind;
+    LayoutMarker described{MarkerPattern(marker)};
     described.rest = plane_position(camera, marker.position);
     described.size_m = marker.size_m;
     described.fixed = marker.fixed;
@@ -144,14 +143,14 @@ void LayoutSearch::describe_markers() {
 
 /// The candidate that a stated start means: the nearest of its kind whose marker covers the place,
 /// or about so.
-int LayoutSearch::candidate_near(const Marker& marker, const Eigen::Vector2d& start) {
+int LayoutSearch::candidate_near(const MarkerPattern& pattern, const Eigen::Vector2d& start) {
   int nearest = -1;
   double least = kInfinity;
   for (std::size_t c = 0; c < m_candidates.size(); ++c) {
     const MarkerCandidate& candidate = m_candidates[c];
     const double distance = (candidate.placement.position_px - start).norm();
     const double slack = std::max(kStartSlack * candidate.size_px, kStartSlack_px);
-    if (candidate.kind != marker.kind || distance > slack || distance >= least) continue;
+    if (candidate.pattern != pattern || distance > slack || distance >= least) continue;
     least = distance;
     nearest = static_cast<int>(c);
   }
@@ -162,7 +161,7 @@ int LayoutSearch::candidate_near(const Marker& marker, const Eigen::Vector2d& st
 void LayoutSearch::gather_candidates() {
   if (m_starts.size() < m_rig.markers.size()) {
     m_candidates = detail::find_candidates(
-        m_frame, kinds(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
+        m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
   }
   const int reach =
       static_cast<int>(kStartNeighbourhood * std::max(m_frame.width_px, m_frame.height_px));
@@ -171,7 +170,7 @@ void LayoutSearch::gather_candidates() {
     const auto start = m_starts.find(marker.id);
     if (start == m_starts.end()) continue;
     int& given = m_markers[i].given;
-    given = candidate_near(marker, start->second);
+    given = candidate_near(m_markers[i].pattern, start->second);
     if (given < 0) {
       const int x = static_cast<int>(start->second.x());
       const int y = static_cast<int>(start->second.y());
@@ -179,9 +178,10 @@ void LayoutSearch::gather_candidates() {
                                      std::max(0, y - reach),
                                      std::min(m_frame.width_px, x + reach),
                                      std::min(m_frame.height_px, y + reach)};
-      const auto near = detail::find_candidates(m_frame, {marker.kind}, around, m_templates);
+      const auto near =
+          detail::find_candidates(m_frame, {m_markers[i].pattern}, around, m_templates);
       m_candidates.insert(m_candidates.end(), near.begin(), near.end());
-      given = candidate_near(marker, start->second);
+      given = candidate_near(m_markers[i].pattern, start->second);
     }
     if (given < 0) {
       throw InputError(
@@ -251,11 +251,11 @@ void LayoutSearch::look_closer(Constellation& found) {
         options.farthest_px = size_px;
         const MarkerAlignment tried =
             align_marker(m_frame,
-                         m_templates.get(marker.kind, size_px),
+                         m_templates.get(marker.pattern, size_px),
                          upright_marker(middle + Eigen::Vector2d(dx, dy), size_px, turn),
                          options);
         if (!tried.converged || (best && tried.score <= best->score)) continue;
-        best = {marker.kind, tried.placement, size_px, tried.score};
+        best = {marker.pattern, tried.placement, size_px, tried.score};
       }
     }
     if (!best || best->score < kLeastFinalScore) refuse_missing(i);
@@ -290,7 +290,7 @@ Layout LayoutSearch::fit(const Constellation& found) {
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
     const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
     FittedMarker fitted =
-        fit_marker(m_frame, candidate.kind, candidate.placement, 0.5 * candidate.size_px + 1.0);
+        fit_marker(m_frame, candidate.pattern, candidate.placement, 0.5 * candidate.size_px + 1.0);
     if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) refuse_missing(i);
     layout.markers.push_back(std::move(fitted));
   }

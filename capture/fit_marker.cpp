@@ -23,18 +23,18 @@ double placed_size_px(const MarkerPlacement& placement) {
 }
 
 FittedMarker fit_marker(const LumaFrame& frame,
-                        MarkerKind kind,
+                        const MarkerPattern& pattern,
                         const MarkerPlacement& start,
                         double farthest_px) {
   AlignOptions options;
   options.fit_shape = true;
   options.farthest_px = farthest_px;
-  FittedMarker fitted{MarkerTemplate(kind, placed_size_px(start), kFirstBlur_px), {}};
+  FittedMarker fitted{MarkerTemplate(pattern, placed_size_px(start), kFirstBlur_px), {}};
   fitted.alignment = align_marker(frame, fitted.marker, start, options);
   if (!fitted.alignment.converged) return fitted;
 
   const double size_px = placed_size_px(fitted.alignment.placement);
-  const MarkerTemplate sharp(kind, size_px, 0.0);
+  const MarkerTemplate sharp(pattern, size_px, 0.0);
   const MarkerPlacement first = fitted.alignment.placement;
   std::optional<FittedMarker> best;
   for (const double blur_px : kBlurs_px) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/marker_template.hpp"
 
-#include "capture/marker_pattern.hpp"
-
 #include <Eigen/Core>
 #include <opencv2/imgproc.hpp>
 
@@ -22,8 +20,8 @@ constexpr double kReachInSigmas = 3.5;
 
 }  // namespace
 
-MarkerTemplate::MarkerTemplate(MarkerKind kind, double size_px, double blur_px)
-    : m_kind(kind), m_size_px(size_px), m_has_turn(rotational_period_rad(kind) > 0.0) {
+MarkerTemplate::MarkerTemplate(const MarkerPattern& pattern, double size_px, double blur_px)
+    : m_pattern(pattern), m_size_px(size_px), m_has_turn(pattern.rotational_period_rad() > 0.0) {
   m_half_width = 0.5 + (1.0 + kReachInSigmas * std::max(kWidestBlur_px, blur_px)) / size_px;
   const double wished = 2.0 * m_half_width * size_px * kSamplesPerPixel;
   m_side = std::min(static_cast<int>(std::ceil(wished)), kMostSamples) + 1;
@@ -34,14 +32,14 @@ MarkerTemplate::MarkerTemplate(MarkerKind kind, double size_px, double blur_px)
     const double v = row / m_samples_per_unit - m_half_width;
     for (int column = 0; column < m_side; ++column) {
       const double u = column / m_samples_per_unit - m_half_width;
-      m_sharp[i++] = static_cast<float>(pattern_value_averaged(kind, u, v, 1.0 / size_px));
+      m_sharp[i++] = static_cast<float>(pattern.averaged(u, v, 1.0 / size_px));
     }
   }
   blur(blur_px);
 }
 
 MarkerTemplate MarkerTemplate::with_blur(double blur_px) const {
-  if (blur_px > std::max(kWidestBlur_px, m_blur_px)) return {m_kind, m_size_px, blur_px};
+  if (blur_px > std::max(kWidestBlur_px, m_blur_px)) return {m_pattern, m_size_px, blur_px};
   MarkerTemplate other = *this;
   other.blur(blur_px);
   return other;

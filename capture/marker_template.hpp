@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "rigs/rig.hpp"
+#include "capture/marker_pattern.hpp"
 
 #include <array>
 #include <cstddef>
@@ -26,13 +26,12 @@ class MarkerTemplate {
 
   /// @param size_px  outer size of the marker in the picture, > 0 [px]
   /// @param blur_px  standard deviation of the lens's blur, >= 0 [px]
-  /// @throws InputError for kinds whose picture is not known
-  MarkerTemplate(MarkerKind kind, double size_px, double blur_px);
+  MarkerTemplate(const MarkerPattern& pattern, double size_px, double blur_px);
   /// The same marker with another blur; cheaper than starting anew.
   [[nodiscard]] MarkerTemplate with_blur(double blur_px) const;
 
   [[nodiscard]] Sample at(double u, double v) const;
-  [[nodiscard]] MarkerKind kind() const { return m_kind; }
+  [[nodiscard]] const MarkerPattern& pattern() const { return m_pattern; }
   [[nodiscard]] double size_px() const { return m_size_px; }
   [[nodiscard]] double blur_px() const { return m_blur_px; }
   /// Whether a turn of the marker can be seen.
@@ -43,7 +42,7 @@ class MarkerTemplate {
  private:
   void blur(double blur_px);
 
-  MarkerKind m_kind;
+  MarkerPattern m_pattern;
   double m_size_px;
   double m_blur_px = 0.0;
   bool m_has_turn;

@@ -68,7 +68,7 @@ class Search {
 
 bool Search::may_be(const LayoutMarker& marker, int candidate) const {
   if (marker.given >= 0) return marker.given == candidate;
-  return m_candidates[static_cast<std::size_t>(candidate)].kind == marker.kind;
+  return m_candidates[static_cast<std::size_t>(candidate)].pattern == marker.pattern;
 }
 
 /// Squared deviation of a candidate from what the map says of a marker, in sigmas.

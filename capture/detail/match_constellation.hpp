@@ -26,7 +26,7 @@ struct PlaneSimilarity {
 
 /// A marker as the layout search sees it.
 struct LayoutMarker {
-  MarkerKind kind = MarkerKind::Dot;
+  MarkerPattern pattern;
   Eigen::Vector2d rest = Eigen::Vector2d::Zero();   ///< in the plane of image_right, image_down [m]
   Eigen::Vector2d reach = Eigen::Vector2d::Zero();  ///< it may stand between rest and rest + reach
                                                     ///< [m]
