@@ -94,7 +94,8 @@ void check_aliases(const CheckSubject& subject, Findings& findings) {
   if (first >= kNyquist * fps) return;
   for (std::size_t k = 1; k < subject.motion.frequency_hz.size(); ++k) {
     const double hz = subject.motion.frequency_hz[k];
-    if (hz <= kNyquist * fps) continue;
+    const auto& share = subject.motion.observable_share;
+    if (hz <= kNyquist * fps || (k < share.size() && share[k] < kUnseen)) continue;
     const double folded = std::abs(hz - fps * std::round(hz / fps));
     if (std::abs(folded - first) > kAliasWidth * first) continue;
     add(findings,
@@ -111,7 +112,8 @@ void check_aliases(const CheckSubject& subject, Findings& findings) {
   add(findings,
       "alias",
       CheckVerdict::Ok,
-      fmt::format("None of the next {} modes folds onto the first frequency.",
+      fmt::format("None of the next {} modes that the film would show folds onto the first "
+                  "frequency.",
                   subject.motion.frequency_hz.size() - 1));
 }
 
@@ -247,7 +249,8 @@ void check_observable(const CheckSubject& subject, Findings& findings) {
       return;
     }
   }
-  if (subject.motion.observable_share && *subject.motion.observable_share < kUnseen) {
+  const auto& share = subject.motion.observable_share;
+  if (!share.empty() && share.front() < kUnseen) {
     add(findings,
         "observable",
         CheckVerdict::Problem,
@@ -257,9 +260,9 @@ void check_observable(const CheckSubject& subject, Findings& findings) {
   add(findings,
       "observable",
       CheckVerdict::Ok,
-      subject.motion.observable_share
+      !share.empty()
           ? fmt::format("The observable shows {:.0f} % of its markers' motion in the first mode.",
-                        100.0 * *subject.motion.observable_share)
+                        100.0 * share.front())
           : "The observable lies in the picture's plane.");
 }
 

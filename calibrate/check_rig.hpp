@@ -43,8 +43,9 @@ struct ExpectedMotion {
   /// Of each marker from rest when the release holds the part, in the rig's order; empty: not
   /// known [m].
   std::vector<Eigen::Vector3d> amplitude_m;
-  /// How much of the first mode's motion the observable shows, 0 to 1; absent: not known [-].
-  std::optional<double> observable_share;
+  /// How much of each mode's motion at its markers the observable shows, 0 to 1; empty: not known
+  /// [-].
+  std::vector<double> observable_share;
   bool thin_parts_missed = false;  ///< the mesh is coarser than the thinnest solid: frequencies are
                                    ///< upper bounds
   std::string unknown_because;     ///< why something is not known, one sentence; may be empty

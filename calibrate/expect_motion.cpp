@@ -145,7 +145,9 @@ ExpectedMotion expect_motion(const Rig& rig, const CheckOptions& options) {
     motion.frequency_hz.push_back(rung.modes.natural_frequency_hz(k));
   }
   if (motion.frequency_hz.empty()) return motion;
-  if (rig.observable) motion.observable_share = observable_share(known, rung, first);
+  for (int k = first; rig.observable && k < rung.modes.count(); ++k) {
+    motion.observable_share.push_back(observable_share(known, rung, k));
+  }
   const bool shape_known =
       rig.release && (rig.release->displacement || (rig.release->force && motion.modulus_known));
   if (!shape_known) return motion;
