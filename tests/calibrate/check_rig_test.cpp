@@ -94,7 +94,9 @@ TEST(ExpectMotion, SaysWhyNothingIsKnown) {
 }
 
 TEST(CheckRig, AGoodRigIsFitToBeFilmed) {
-  const RigCheck check = check_rig(strip());
+  Rig at_another_rate = strip();
+  at_another_rate.camera->capture_fps = 250.0;  // at 240 the first torsion folds onto 68 Hz
+  const RigCheck check = check_rig(at_another_rate);
   EXPECT_TRUE(check.can_be_filmed());
   for (const char* subject :
        {"frequency", "alias", "swing", "observable", "markers", "layout", "scale", "clock"}) {
