@@ -3,6 +3,7 @@
 #include "app/options.hpp"
 #include "app/report_page.hpp"
 #include "app/terminal.hpp"
+#include "app/track_report.hpp"
 #include "calibrate/calibrate.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -17,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <set>
 
 namespace twang::app {
 namespace {
@@ -50,7 +52,6 @@ CalibrationOptions options_of(const CalibrateCommand& command, const OutputFolde
   options.inversion = command.inversion.options();
   options.track = command.track.options();
   options.validate = !command.no_validation;
-  options.progress = terminal_progress();
   if (command.dx_mm) {
     if (!(*command.dx_mm > 0.0))
       throw InputError(fmt::format("--dx is {}, must be > 0 mm", *command.dx_mm));
@@ -100,7 +101,22 @@ void run(const CalibrateCommand& command) {
   needs.observable = !command.videos.empty();
   const Rig rig = load_rig(command.rig, needs);
   OutputFolder output(command.output);
-  const CalibrationOptions options = options_of(command, output);
+  CalibrationOptions options = options_of(command, output);
+  const std::size_t num_films = command.videos.size();
+  std::size_t num_tracked = 0;
+  std::set<std::string> said;  // notes already on the terminal
+  options.progress = terminal_progress([&] {
+    return num_tracked >= num_films || num_films == 1
+               ? std::string()
+               : fmt::format("film {} of {}", num_tracked + 1, num_films);
+  });
+  options.on_tracked = [&](const std::filesystem::path& film, const TrackResult& result) {
+    write_contact_sheet(
+        output.file(numbered("contact_sheet", "png", num_tracked, num_films)), rig, film, result);
+    ++num_tracked;
+    say(film.string() + ": " + track_summary_text(rig, result));
+    said.insert(result.notes.begin(), result.notes.end());
+  };
   const Calibration calibration =
       command.traces.empty()
           ? calibrate_from_films(rig, {command.videos.begin(), command.videos.end()}, options)
@@ -115,7 +131,9 @@ void run(const CalibrateCommand& command) {
                         format_material_table({calibration.material}, TableFormat::Csv));
   write_file_atomically(output.file("report.html"), render_html(report_page(rig, calibration)));
   output.commit();
-  for (const std::string& warning : calibration.warnings) say("note: " + warning);
+  for (const std::string& warning : calibration.warnings) {
+    if (!said.contains(warning)) say("note: " + warning);
+  }
   print_result(format_material_table({calibration.material}, TableFormat::Text) +
                remarks(calibration));
   say(fmt::format("report: {}", (std::filesystem::path(command.output) / "report.html").string()));

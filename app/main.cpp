@@ -44,6 +44,8 @@ int run_command_line(int argc, char** argv) {
   twang::app::add_coarsen_command(cli);
   twang::app::add_table_command(cli);
   twang::app::add_render_command(cli);
+  twang::app::add_check_command(cli);
+  twang::app::add_markers_command(cli);
   refuse_unknown_command(cli, argc, argv);
   try {
     cli.parse(argc, argv);
@@ -68,8 +70,8 @@ int main(int argc, char** argv) {
   } catch (const twang::NumericalFailure& error) {
     say(fmt::format("twang: {}", error.what()));
     return kNumericalFailure;
-  } catch (const twang::Cancelled&) {
-    say("twang: interrupted, nothing was written");
+  } catch (const twang::Cancelled& stop) {
+    say(fmt::format("twang: {}", stop.what()));
     return kInterrupted;
   } catch (const std::bad_alloc&) {
     say("twang: the memory of this machine does not suffice; a larger --dx needs less");

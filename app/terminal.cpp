@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/terminal.hpp"
 
+#include "app/progress_line.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 
@@ -11,7 +12,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <string>
 #include <system_error>
+#include <utility>
 
 namespace twang::app {
 namespace {
@@ -26,20 +29,8 @@ void on_interrupt(int) {
   std::signal(SIGINT, SIG_DFL);
 }
 
-void draw_bar(const Progress& progress) {
-  constexpr int kWidth = 30;
-  if (progress.total > 0.0) {
-    const double part = std::min(1.0, progress.done / progress.total);
-    const int filled = static_cast<int>(part * kWidth);
-    fmt::print(stderr,
-               "\r\033[K{:<26} [{}{}] {:3.0f} %",
-               progress.stage,
-               std::string(static_cast<std::size_t>(filled), '#'),
-               std::string(static_cast<std::size_t>(kWidth - filled), '.'),
-               100.0 * part);
-  } else {
-    fmt::print(stderr, "\r\033[K{:<26} {:.0f}", progress.stage, progress.done);
-  }
+void draw_bar(const std::string& line) {
+  fmt::print(stderr, "\r\033[K{}", line);
   std::fflush(stderr);
   bar_stands = true;
 }
@@ -62,18 +53,31 @@ void catch_interrupts() {
   std::signal(SIGTERM, on_interrupt);
 }
 
-ProgressCallback terminal_progress() {
-  const bool on_terminal = ::isatty(STDERR_FILENO) != 0;
-  auto last = std::chrono::steady_clock::time_point{};
-  return [on_terminal, last](const Progress& progress) mutable {
-    constexpr auto kBetweenDrawings = std::chrono::milliseconds(100);
-    const auto now = std::chrono::steady_clock::now();
-    if (on_terminal && now - last > kBetweenDrawings) {
-      last = now;
-      draw_bar(progress);
-    }
-    return !interrupted;
+ProgressCallback terminal_progress(std::function<std::string()> prefix) {
+  using Clock = std::chrono::steady_clock;
+  struct Stage {
+    std::string name;
+    double done = 0.0;
+    Clock::time_point start;
+    Clock::time_point drawn;
   };
+  const bool on_terminal = ::isatty(STDERR_FILENO) != 0;
+  return
+      [on_terminal, prefix = std::move(prefix), stage = Stage{}](const Progress& progress) mutable {
+        constexpr auto kBetweenDrawings = std::chrono::milliseconds(100);
+        if (!on_terminal) return !interrupted;
+        const auto now = Clock::now();
+        if (stage.name != progress.stage || progress.done < stage.done) {
+          stage = {std::string(progress.stage), 0.0, now, stage.drawn};
+        }
+        stage.done = progress.done;
+        if (now - stage.drawn > kBetweenDrawings) {
+          stage.drawn = now;
+          const std::chrono::duration<double> elapsed = now - stage.start;
+          draw_bar(progress_line(prefix ? prefix() : "", progress, elapsed.count()));
+        }
+        return !interrupted;
+      };
 }
 
 void clear_progress() {

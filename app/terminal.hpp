@@ -4,6 +4,7 @@
 #include "core/progress.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -15,7 +16,8 @@ void catch_interrupts();
 
 /// A progress callback: a bar on stderr when that is a terminal, silent otherwise; false once
 /// Ctrl-C was pressed.
-[[nodiscard]] ProgressCallback terminal_progress();
+/// @param prefix  asked for what is said before the stage ("film 2 of 5"); may be empty
+[[nodiscard]] ProgressCallback terminal_progress(std::function<std::string()> prefix = {});
 
 /// Wipes the bar, if one stands.
 void clear_progress();

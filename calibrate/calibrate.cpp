@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/calibrate.hpp"
 
-#include "calibrate/join_repeats.hpp"
 #include "calibrate/lack_of_fit.hpp"
+#include "calibrate/repeat_scatter.hpp"
 #include "calibrate/window_stability.hpp"
 #include "coarsen/prestress.hpp"
 #include "core/error.hpp"
@@ -84,23 +84,20 @@ void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& opt
                                        repeat.inversion.time_end_s);
 }
 
+/// All repeats share their poles; each keeps the window it was inverted in alone.
 InversionResult invert_jointly(const std::vector<Repeat>& repeats,
                                const CalibrationOptions& options) {
   if (repeats.size() == 1) return repeats.front().inversion;
-  std::vector<TraceWindow> windows;
+  std::vector<Trace> traces;
   for (const Repeat& repeat : repeats) {
-    windows.push_back({&repeat.trace,
-                       repeat.columns,
-                       repeat.inversion.time_origin_s,
-                       repeat.inversion.time_end_s});
+    if (repeat.columns != repeats.front().columns) {
+      throw InputError(fmt::format("{}: offers other columns than {}, must be repeats of one rig",
+                                   repeat.file.string(),
+                                   repeats.front().file.string()));
+    }
+    traces.push_back(repeat.trace);
   }
-  const Trace joint = join_repeats(windows);
-  std::vector<std::string> names;
-  for (const Channel& channel : joint.channels) names.push_back(channel.name);
-  InversionOptions inversion = options.inversion;
-  inversion.start_s = joint.time_s.front();
-  inversion.end_s = joint.time_s.back();
-  InversionResult result = invert_harmonics(joint, names, inversion);
+  InversionResult result = invert_repeats(traces, repeats.front().columns, options.inversion);
   if (!result.usable()) {
     throw NumericalFailure(fmt::format(
         "no vibration is common to the {} recordings: {}", repeats.size(), result.message));
@@ -319,6 +316,7 @@ Calibration calibrate_from_films(const Rig& rig,
     repeat.file = films[i];
     repeat.film = track_markers(rig, films[i], track);
     repeat.trace = repeat.film->trace;
+    if (options.on_tracked) options.on_tracked(films[i], *repeat.film);
     notes.insert(notes.end(), repeat.film->notes.begin(), repeat.film->notes.end());
     repeats.push_back(std::move(repeat));
   }

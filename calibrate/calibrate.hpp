@@ -11,6 +11,7 @@
 #include "rigs/rig.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct CalibrationOptions {
   LadderOptions ladder;                         ///< `coarse_dx_m` picks the coarse mesh
   bool validate = true;                         ///< simulate the coarse mesh over the trace
   ProgressCallback progress = {};
+  /// Called when a film has been tracked, before the next one begins.
+  std::function<void(const std::filesystem::path& film, const TrackResult& result)> on_tracked = {};
 };
 
 /// One recording on its way through the line.

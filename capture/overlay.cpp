@@ -249,7 +249,7 @@ void write_overlay(const std::filesystem::path& video,
       draw_frame(picture, drawing, n);
     });
     ++n;
-    report_progress(progress, {"drawing the tracks", static_cast<double>(n), total});
+    report_progress(progress, {"drawing the tracks", static_cast<double>(n), total, "frames"});
   }
   writer.finish();
 }

@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -106,7 +107,8 @@ void Tracking::note_frame(const LumaFrame& frame) {
   report_progress(m_options.progress,
                   {"tracking",
                    static_cast<double>(m_stamps_s.size()),
-                   static_cast<double>(m_reader.info().declared_frames.value_or(0))});
+                   static_cast<double>(m_reader.info().declared_frames.value_or(0)),
+                   "frames"});
 }
 
 Lens Tracking::lens_of_film(const Lens& lens, const LumaFrame& frame) const {
@@ -210,7 +212,6 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
 }
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
-  const std::size_t num_frames = m_stamps_s.size();
   for (std::string& note : describe_time_base(m_result.time_base)) {
     m_result.notes.push_back(std::move(note));
   }
@@ -282,6 +283,8 @@ TrackResult Tracking::finish() {
                   std::min(kOverlayFps, time.summary.file_fps),
                   m_options.progress);
   }
+  m_result.size_px = m_size_px;
+  m_result.doubled = doubled;
   return std::move(m_result);
 }
 

@@ -3,15 +3,17 @@
 
 #include <functional>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace twang {
 
 /// How far a long computation has come.
 struct Progress {
-  std::string_view stage;  ///< what is being done, in a few words ("tracking")
-  double done = 0.0;       ///< in the unit of `total` [-]
-  double total = 0.0;      ///< 0 when it is not known [-]
+  std::string_view stage;      ///< what is being done, in a few words ("tracking")
+  double done = 0.0;           ///< in the unit of `total` [-]
+  double total = 0.0;          ///< 0 when it is not known [-]
+  std::string_view unit = {};  ///< what is counted ("frames"), if a rate of it means something
 };
 
 /// Called now and then by long computations; returns false to ask for a stop.
@@ -21,7 +23,9 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 /// behind. The command line turns it into exit code 130.
 class Cancelled : public std::runtime_error {
  public:
-  Cancelled() : std::runtime_error("interrupted") {}
+  /// @param message  one sentence: what stands and what does not
+  explicit Cancelled(const std::string& message = "interrupted, nothing was written")
+      : std::runtime_error(message) {}
 };
 
 /// Tells `callback` (if there is one) where the work stands.

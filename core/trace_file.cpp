@@ -13,6 +13,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -30,11 +31,21 @@ std::string_view unquoted(std::string_view text) {
   return text;
 }
 
+/// Where the cell that begins at `begin` ends: the next comma that no quotation marks enclose.
+std::size_t end_of_cell(std::string_view line, std::size_t begin) {
+  bool quoted = false;
+  for (std::size_t i = begin; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (line[i] == ',' && !quoted) return i;
+  }
+  return std::string_view::npos;
+}
+
 std::vector<std::string_view> cells_of(std::string_view line) {
   std::vector<std::string_view> cells;
   std::size_t begin = 0;
   for (;;) {
-    const std::size_t comma = line.find(',', begin);
+    const std::size_t comma = end_of_cell(line, begin);
     cells.push_back(unquoted(trimmed(line.substr(begin, comma - begin))));
     if (comma == std::string_view::npos) return cells;
     begin = comma + 1;
@@ -85,6 +96,28 @@ std::string printable(std::string_view cell) {
   return text;
 }
 
+/// Spreadsheets of many languages separate columns otherwise.
+void refuse_other_separators(std::string_view header,
+                             const std::filesystem::path& path,
+                             int line_number) {
+  if (header.find(',') != std::string_view::npos) return;
+  for (const auto& [separator, name] : {std::pair{';', "semicolons"}, {'\t', "tabs"}}) {
+    if (header.find(separator) == std::string_view::npos) continue;
+    throw InputError(
+        fmt::format("{}:{}: columns are separated by {}, must be by commas, with a "
+                    "point in decimal numbers",
+                    path.string(),
+                    line_number,
+                    name));
+  }
+}
+
+/// What a cleared row of a spreadsheet leaves.
+bool is_blank(const std::vector<std::string_view>& cells) {
+  return std::all_of(
+      cells.begin(), cells.end(), [](std::string_view cell) { return cell.empty(); });
+}
+
 }  // namespace
 
 Trace parse_trace_csv(std::string_view content,
@@ -96,11 +129,16 @@ Trace parse_trace_csv(std::string_view content,
     throw InputError(
         fmt::format("{}: is empty, must be a CSV table with a header line", path.string()));
   if (content.find('\0') != std::string_view::npos) {
-    throw InputError(fmt::format("{}: is a binary file, must be a CSV table", path.string()));
+    const bool utf16 = content.starts_with("\xFF\xFE") || content.starts_with("\xFE\xFF");
+    throw InputError(fmt::format("{}: is {}, must be a CSV table{}",
+                                 path.string(),
+                                 utf16 ? "UTF-16 text" : "a binary file",
+                                 utf16 ? " in UTF-8" : ""));
   }
+  refuse_other_separators(*head, path, lines.number());
   const std::vector<std::string_view> names = cells_of(*head);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::count(names.begin(), names.end(), names[i]) > 1) {
+    if (!names[i].empty() && std::count(names.begin(), names.end(), names[i]) > 1) {
       throw InputError(fmt::format("{}:{}: the column '{}' appears twice, must be unique",
                                    path.string(),
                                    lines.number(),
@@ -124,10 +162,13 @@ Trace parse_trace_csv(std::string_view content,
 
   Trace trace;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i != time_index) trace.channels.push_back({std::string(names[i]), {}});
+    if (i != time_index && !names[i].empty()) {
+      trace.channels.push_back({std::string(names[i]), {}});
+    }
   }
   while (const auto line = lines.next()) {
     const std::vector<std::string_view> cells = cells_of(*line);
+    if (is_blank(cells)) continue;
     if (cells.size() != names.size()) {
       throw InputError(fmt::format("{}:{}: has {} cells, must be {} as in the header",
                                    path.string(),
@@ -137,13 +178,16 @@ Trace parse_trace_csv(std::string_view content,
     }
     std::size_t channel = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (names[i].empty()) continue;
       const auto value = number_from(cells[i]);
       if (!value) {
-        throw InputError(fmt::format("{}:{}: {} is '{}', must be a number or nan",
+        const bool decimal_comma = cells[i].find(',') != std::string_view::npos;
+        throw InputError(fmt::format("{}:{}: {} is '{}', must be a number{} or nan",
                                      path.string(),
                                      lines.number(),
                                      names[i],
-                                     printable(cells[i])));
+                                     printable(cells[i]),
+                                     decimal_comma ? " with a decimal point" : ""));
       }
       if (i != time_index) {
         trace.channels[channel++].values.push_back(*value);

@@ -11,8 +11,9 @@ namespace twang {
 
 /// Reads a CSV file with a header line, a time column and any number of named numeric channels.
 ///
-/// Commas separate; `nan`, `NaN` and empty cells are missing samples; blank lines are passed over;
-/// a UTF-8 byte order mark, CRLF line ends and lines that begin with `#` are accepted.
+/// Commas separate; `nan`, `NaN` and empty cells are missing samples; lines that are blank or hold
+/// empty cells alone are passed over, and so are columns without a header; a UTF-8 byte order mark,
+/// CRLF line ends, cells in quotation marks and lines that begin with `#` are accepted.
 ///
 /// @param time_column  header of the column that holds the time [s]
 /// @return  time and channels in file order; rows keep their order and their number

@@ -150,6 +150,75 @@ TEST_F(BadInput, TraceWithWordsNamesTheLine) {
   expect_trace_refused("time_s,observable_mm\n0,1\n0.1,two\n", "trace.csv:3");
 }
 
+TEST_F(BadInput, TraceOfAForeignSpreadsheet) {
+  expect_trace_refused("time_s;observable_mm\n0;1,5\n", "separated by semicolons");
+  expect_trace_refused("time_s,observable_mm\n0,\"1,5\"\n", "decimal point");
+}
+
+TEST_F(BadInput, TrackOptionsThatContradictEachOther) {
+  const std::string csv = (folder / "t.csv").string();
+  const std::string out = (folder / "out").string();
+  expect_refused({"track", kStrip, kStripFilm}, "neither -o nor --out");
+  expect_refused({"track", kStrip, kStripFilm, "-o", csv, "--out", out}, "both -o and --out");
+  expect_refused({"track", kStrip, kStripFilm, kStripFilm, "-o", csv}, "one trace for 2 films");
+  expect_refused({"track", kStrip, kStripFilm, kStripFilm, "--out", out}, "would both write");
+  expect_refused({"track", kStrip, kStripFilm, "--out", out, "--overlay", csv},
+                 "--overlay goes with");
+  expect_refused({"track", kStrip, kStripFilm, "--out", out, "--sheet", csv}, "--sheet goes with");
+  expect_refused({"track", kStrip, kStripFilm, "-o", csv, "--overlays"}, "--overlays goes with");
+  expect_refused({"track", kStrip, kStripFilm, "-o", kStripFilm}, "would be written over");
+  EXPECT_EQ(folder.num_entries(), 0U);
+}
+
+TEST_F(BadInput, FilmsThatAllFail) {
+  write_file_atomically(folder / "a.mp4", "no film");
+  write_file_atomically(folder / "b.mp4", "");
+  const std::size_t before = folder.num_entries();
+  const CommandOutcome outcome = run_twang({"track",
+                                            kStrip,
+                                            (folder / "a.mp4").string(),
+                                            (folder / "b.mp4").string(),
+                                            "--out",
+                                            (folder / "new" / "out").string()});
+  EXPECT_EQ(outcome.exit_code, 2);
+  // one sentence a film, and how many they are
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 3) << outcome.err;
+  EXPECT_EQ(folder.num_entries(), before) << "something was left behind";
+}
+
+TEST_F(BadInput, ChecksOfNothing) {
+  expect_refused({"check", (folder / "none.toml").string()}, "none.toml");
+  expect_refused({"check", kStrip, (folder / "none.mp4").string()}, "none.mp4");
+  expect_refused({"check", kStrip, "--exposure", "0"}, "--exposure");
+  expect_refused({"check", kStrip, "--capture-fps", "-1"}, "capture");
+  expect_refused({"check", kStrip, "--marker", "tip=1,2"}, "--marker");
+  write_file_atomically(folder / "text.mp4", "no film");
+  expect_refused({"check", kStrip, (folder / "text.mp4").string()}, "text.mp4");
+  const fs::path bare = folder / "bare.toml";
+  write_file_atomically(bare, "format = \"twang-rig/1\"\nname = \"bare\"\n");
+  expect_refused({"check", bare.string()}, "marker");
+}
+
+TEST_F(BadInput, CheckOfAFilmWithoutMarkersSaysSo) {
+  write_empty_film(folder / "grey.mp4");
+  const CommandOutcome outcome =
+      run_twang({"check", kStrip, (folder / "grey.mp4").string(), "--json", "-"});
+  EXPECT_EQ(outcome.exit_code, 1) << "the film is one, but it cannot be tracked";
+  EXPECT_NE(outcome.out.find("\"can_be_filmed\": false"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("1 problem"), std::string::npos) << outcome.err;
+}
+
+TEST_F(BadInput, MarkerSheetsThatCannotBe) {
+  const std::string sheet = (folder / "sheet.svg").string();
+  expect_refused({"markers", (folder / "none.toml").string(), "-o", sheet}, "none.toml");
+  expect_refused({"markers", kStrip, "-o", (folder / "sheet.pdf").string()}, "sheet.pdf");
+  expect_refused({"markers", kStrip, "-o", (folder / "no" / "sheet.svg").string()}, "no");
+  const fs::path bare = folder / "bare.toml";
+  write_file_atomically(bare, "format = \"twang-rig/1\"\nname = \"bare\"\n");
+  expect_refused({"markers", bare.string(), "-o", sheet}, "no marker to print");
+  EXPECT_FALSE(fs::exists(sheet));
+}
+
 TEST_F(BadInput, UnknownCommandsAndOptions) {
   expect_refused({"calibrat"}, "calibrat");
   expect_refused({"invert", "--colum", "x", "trace.csv"}, "--colum");

@@ -95,6 +95,20 @@ TEST(TraceFile, AcceptsTheDialectsOfOtherPrograms) {
   EXPECT_EQ(trace.find("y")->values[2], 7.0);
 }
 
+TEST(TraceFile, AcceptsWhatASpreadsheetMakesOfIt) {
+  // every cell quoted, a cleared cell, a cleared row, a deleted row, an unnamed column at the end
+  const Trace trace = read_text(
+      "\xEF\xBB\xBF\"time_s\",\"tip, left\",\"observable_mm\",\r\n\"0\",\"1.5\",\"-2\",\r\n"
+      "0.1,,3,\r\n,,,\r\n0.4,4,\"nan\",\r\n");
+  EXPECT_EQ(trace.time_s, (std::vector<double>{0, 0.1, 0.4}));
+  ASSERT_EQ(trace.channels.size(), 2U);
+  ASSERT_NE(trace.find("tip, left"), nullptr);
+  EXPECT_EQ(trace.find("tip, left")->values[0], 1.5);
+  EXPECT_TRUE(std::isnan(trace.find("tip, left")->values[1]));
+  EXPECT_EQ(trace.find("observable_mm")->values[1], 3.0);
+  EXPECT_TRUE(std::isnan(trace.find("observable_mm")->values[2]));
+}
+
 struct Fault {
   const char* name;
   std::string content;
@@ -129,6 +143,12 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"CellWithATail", "time_s,x\n0,1.5mm\n", ":2: x is '1.5mm', must be a number"},
         Fault{"CellWithTwoSigns", "time_s,x\n0,+-1\n", ":2: x is '+-1', must be a number"},
         Fault{"CellTooLarge", "time_s,x\n0,1e999\n", ":2: x is '1e999', must be a number"},
+        Fault{"Semicolons", "time_s;x\n0;1,5\n", ":1: columns are separated by semicolons"},
+        Fault{"Tabs", "time_s\tx\n0\t1.5\n", ":1: columns are separated by tabs"},
+        Fault{"DecimalComma",
+              "time_s,x\n0,\"1,5\"\n",
+              ":2: x is '1,5', must be a number with a decimal point"},
+        Fault{"Utf16", std::string("\xFF\xFEt\0,\0x\0\n\0", 10), ": is UTF-16 text"},
         Fault{"TimeMissing", "time_s,x\n,1\n", ":2: time_s is '', must be a finite time"},
         Fault{"TimeNan", "time_s,x\nnan,1\n", ":2: time_s is 'nan'"},
         Fault{"TimeInfinite", "time_s,x\n0,1\ninf,1\n", ":3: time_s is 'inf'"},

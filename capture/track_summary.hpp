@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "capture/track_markers.hpp"
+#include "rigs/rig.hpp"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace twang {
+
+/// Consecutive frames in which a marker was not found.
+struct Loss {
+  std::size_t first_frame = 0;
+  std::size_t last_frame = 0;  ///< included
+  double start_s = 0.0;        ///< of the first of them [s]
+  double end_s = 0.0;          ///< of the last of them [s]
+  std::string because;         ///< for a person
+};
+
+/// How one marker fared, in few numbers.
+struct MarkerSummary {
+  std::string id;
+  bool fixed = false;
+  int frames_seen = 0;
+  int frames_lost = 0;
+  std::vector<Loss> lost;       ///< in order of time
+  double sigma_px = 0.0;        ///< median stated sigma of one coordinate; nan if never seen [px]
+  double sigma_mm = 0.0;        ///< the same in the rig's plane [mm]
+  double noise_floor_px = 0.0;  ///< scatter of one coordinate while it stands, the camera's motion
+                                ///< taken out, see `noise_floor` [px]
+  double travel_mm = 0.0;       ///< largest distance between two of its places, along the
+                                ///< picture's axes [mm]
+};
+
+/// The scatter of a track while its marker stands still: blocks of a few frames are each freed of a
+/// straight line; the rms that a tenth of them stay below.
+///
+/// A film that is at rest for less than a tenth shows its motion here. Where compression freezes
+/// a still picture, the noise floor is smaller than the scatter in motion.
+/// @param skip  frames left out (repeats of the one before); empty: none
+/// @return      one standard deviation of one coordinate; nan with no whole block [px]
+[[nodiscard]] double noise_floor(const std::vector<Eigen::Vector2d>& position_px,
+                                 const std::vector<bool>& skip = {});
+
+/// The markers of a tracked film in the rig's order.
+[[nodiscard]] std::vector<MarkerSummary> summarize_markers(const Rig& rig,
+                                                           const TrackResult& result);
+
+/// Displacement of a marker from its rest position along image right and image down, one a frame,
+/// nan where it has none [mm].
+[[nodiscard]] std::vector<Eigen::Vector2d> displacement_mm(const Rig& rig,
+                                                           const Trace& trace,
+                                                           const Marker& marker);
+
+/// Rms distance of the fixed markers from their places, one a frame; nan where fewer than three are
+/// seen [px].
+[[nodiscard]] std::vector<double> plane_residual_by_frame(const Rig& rig,
+                                                          const TrackResult& result);
+
+}  // namespace twang
