@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/detail/alignment_kernels.hpp"
 #include "capture/marker_pattern.hpp"
 #include "capture/video_reader.hpp"
 
@@ -16,7 +17,8 @@ namespace twang {
 /// reference that markers are aligned with, so that nothing can drift.
 ///
 /// The pattern of `marker_pattern.hpp` is averaged over a pixel, blurred by a Gaussian and sampled
-/// finely once; afterwards a sample costs one bilinear look-up. Coordinates are those of the
+/// finely once, with its derivatives; afterwards a sample costs one look-up: the second-order
+/// expansion about the nearest cell. Coordinates are those of the
 /// pattern: in units of the outer size, centred, x right, y down.
 class MarkerTemplate {
  public:
@@ -43,6 +45,8 @@ class MarkerTemplate {
   [[nodiscard]] MarkerTemplate with_blur(double blur_px) const;
 
   [[nodiscard]] Sample at(double u, double v) const;
+  /// The table itself, for inner loops; valid as long as the template.
+  [[nodiscard]] detail::TemplateCells cells() const;
   [[nodiscard]] const MarkerPattern& pattern() const { return m_pattern; }
   [[nodiscard]] double size_px() const { return m_size_px; }
   [[nodiscard]] double blur_px() const { return m_blur_px; }
@@ -60,12 +64,12 @@ class MarkerTemplate {
   double m_size_px;
   double m_blur_px = 0.0;
   bool m_has_turn;
-  double m_samples_per_unit = 0.0;            // [1/size]
-  double m_half_width = 0.0;                  // of the sampled square [size]
-  int m_side = 0;                             // samples along it
-  std::vector<float> m_sharp;                 // averaged over a pixel, not blurred
-  std::vector<std::array<float, 4>> m_table;  // value, du, dv, one to fill up
-  bool m_cut_out = false;                     // of a picture
+  double m_samples_per_unit = 0.0;  // [1/size]
+  double m_half_width = 0.0;        // of the sampled square [size]
+  int m_side = 0;                   // samples along it, odd
+  std::vector<float> m_sharp;       // averaged over a pixel, not blurred
+  std::vector<std::array<float, detail::kCellFloats>> m_cells;  // at every other sample
+  bool m_cut_out = false;                                       // of a picture
 };
 
 }  // namespace twang
