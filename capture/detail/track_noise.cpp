@@ -128,8 +128,9 @@ std::optional<TrackNoise> measure_track_noise(const std::vector<Eigen::Vector2d>
   return std::nullopt;
 }
 
-void widen_by_scatter(const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
-                      const std::vector<std::vector<double>*>& sigma_px) {
+std::vector<double> widen_by_scatter(
+    const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
+    const std::vector<std::vector<double>*>& sigma_px) {
   const std::size_t num_markers = position_px.size();
   std::vector<double> excess(num_markers, kUsualCoding_px);
   std::vector<bool> moves(num_markers, true);
@@ -155,9 +156,10 @@ void widen_by_scatter(const std::vector<const std::vector<Eigen::Vector2d>*>& po
     still = kStillPart * *middle;
   }
   for (std::size_t i = 0; i < num_markers; ++i) {
-    const double added = moves[i] ? excess[i] : std::max(excess[i], still);
-    for (double& sigma : *sigma_px[i]) sigma = std::hypot(sigma, added);
+    if (!moves[i]) excess[i] = std::max(excess[i], still);
+    for (double& sigma : *sigma_px[i]) sigma = std::hypot(sigma, excess[i]);
   }
+  return excess;
 }
 
 }  // namespace twang::detail

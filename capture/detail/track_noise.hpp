@@ -35,7 +35,9 @@ struct TrackNoise {
 /// error does not scatter. Where nothing can be measured, by the usual error of a codec.
 ///
 /// @param position_px, sigma_px  [marker][frame]; nan where lost [px]
-void widen_by_scatter(const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
-                      const std::vector<std::vector<double>*>& sigma_px);
+/// @return                       what was added to each marker's sigmas, in quadrature [px]
+std::vector<double> widen_by_scatter(
+    const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
+    const std::vector<std::vector<double>*>& sigma_px);
 
 }  // namespace twang::detail

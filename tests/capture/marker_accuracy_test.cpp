@@ -140,7 +140,10 @@ TEST_P(MarkerAccuracy, OfABadFilmIsATenthOfAPixelAndKnown) {
 INSTANTIATE_TEST_SUITE_P(
     EachKind,
     MarkerAccuracy,
-    ::testing::Values(MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker),
+    ::testing::Values(MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker,
+                                           MarkerKind::ArUco,
+                                           MarkerKind::AprilTag,
+                                           MarkerKind::Patch),
     [](const ::testing::TestParamInfo<MarkerKind>& kind) {
       return std::string(to_string(kind.param));
     });
