@@ -223,16 +223,19 @@ Frequency refine(const Samples& samples, std::size_t count, double hz, double re
 double fundamental_of(const Samples& samples, std::size_t count, double peak_hz) {
   constexpr int kMaxOrder = 6;
   constexpr int kSteps = 6;
+  constexpr double kMuchBetter = 0.7;  // noise alone lets a lower rate fit somewhat better
   const double duration = samples.time_s[count - 1] - samples.time_s[0];
   const PeriodicModel model(samples, count);
   double best_hz = peak_hz;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int order = 1; order <= kMaxOrder && peak_hz / order > 1.5 / duration; ++order) {
+    const double bound = order == 1 ? best_cost : kMuchBetter * best_cost;
+    double order_cost = bound;
     for (int i = -kSteps; i <= kSteps; ++i) {
       const double hz = peak_hz / order + i * 0.25 / (kSteps * duration * order);
       const double cost = model.fit(hz).cost;
-      if (cost >= best_cost) continue;
-      best_cost = cost;
+      if (cost >= order_cost) continue;
+      order_cost = best_cost = cost;
       best_hz = hz;
     }
   }

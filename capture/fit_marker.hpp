@@ -18,7 +18,7 @@ struct FittedMarker {
 /// @param farthest_px  gives up farther than this from the start [px]
 /// @return             `alignment.converged` says whether there was a marker to fit
 [[nodiscard]] FittedMarker fit_marker(const LumaFrame& frame,
-                                      MarkerKind kind,
+                                      const MarkerPattern& pattern,
                                       const MarkerPlacement& start,
                                       double farthest_px);
 

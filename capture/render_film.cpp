@@ -89,6 +89,7 @@ class FilmSet {
         m_camera(*rig.camera, visible_points(), view()),
         m_still(options.width_px, options.height_px),
         m_scratch(options.width_px, options.height_px) {
+    for (const Marker& marker : rig.markers) m_patterns.emplace_back(marker);
     paint_still(Eigen::Vector2d::Zero());
   }
 
@@ -180,8 +181,15 @@ class FilmSet {
     const FilmedState rest = state(0.0);
     for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
       if (!m_rig.markers[i].fixed) continue;
-      paint_marker(m_still, project_marker(m_camera, m_rig.markers[i], rest.markers[i], shift));
+      paint_marker(m_still, projected(i, rest, shift));
     }
+  }
+
+  [[nodiscard]] ProjectedMarker projected(std::size_t marker,
+                                          const FilmedState& seen,
+                                          const Eigen::Vector2d& shift) const {
+    return project_marker(
+        m_camera, m_patterns[marker], m_rig.markers[marker].size_m, seen.markers[marker], shift);
   }
 
   [[nodiscard]] Projection project(double time_s, const Eigen::Vector2d& shift) const {
@@ -189,7 +197,7 @@ class FilmSet {
     Projection result;
     for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
       if (m_rig.markers[i].fixed) continue;
-      result.markers.push_back(project_marker(m_camera, m_rig.markers[i], seen.markers[i], shift));
+      result.markers.push_back(projected(i, seen, shift));
     }
     result.faces.reserve(seen.part_faces.size());
     for (const auto& face : seen.part_faces) {
@@ -239,8 +247,9 @@ class FilmSet {
   const FilmOptions& m_options;
   Shake m_shake;
   FilmCamera m_camera;
-  Canvas m_still;    // bench and fixed markers
-  Canvas m_scratch;  // one sub-exposure
+  std::vector<MarkerPattern> m_patterns;  // one a marker
+  Canvas m_still;                         // bench and fixed markers
+  Canvas m_scratch;                       // one sub-exposure
   std::vector<std::uint8_t> m_mask;
 };
 
@@ -248,7 +257,7 @@ void check_rig(const Rig& rig) {
   if (rig.markers.empty()) throw InputError(fmt::format("{}: has no marker to film", rig.name));
   if (!rig.camera) throw InputError(fmt::format("{}: has no camera to film with", rig.name));
   for (const Marker& marker : rig.markers) {
-    (void)pattern_value(marker.kind, 0.0, 0.0);  // throws for a kind that cannot be drawn
+    (void)MarkerPattern(marker);  // throws for one that cannot be drawn
   }
 }
 

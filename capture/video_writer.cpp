@@ -44,8 +44,11 @@ const char* container_of(const std::filesystem::path& path) {
 
 int even(int size) { return size + size % 2; }
 
-std::uint8_t to_byte(double value) {
-  return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
+/// Weighted red, green and blue, the weights in 1/65536, rounded; whole numbers, for `lround` takes
+/// longer than the encoder.
+std::uint8_t mixed(const int* rgb, int red, int green, int blue, int offset) {
+  const int sum = red * rgb[0] + green * rgb[1] + blue * rgb[2];
+  return static_cast<std::uint8_t>(std::clamp(offset + ((sum + 32768) >> 16), 0, 255));
 }
 
 /// A picture as one luma and two chroma planes of `frame`, full range, BT.601.
@@ -59,7 +62,12 @@ void fill_frame(const Image& image, AVFrame& frame) {
     std::uint8_t* row = frame.data[0] + static_cast<std::ptrdiff_t>(y) * frame.linesize[0];
     for (int x = 0; x < frame.width; ++x) {
       const std::uint8_t* p = pixel(x, y);
-      row[x] = image.channels == 1 ? p[0] : to_byte(0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2]);
+      if (image.channels == 1) {
+        row[x] = p[0];
+        continue;
+      }
+      const int rgb[3] = {p[0], p[1], p[2]};
+      row[x] = mixed(rgb, 19595, 38470, 7471, 0);  // 0.299, 0.587, 0.114
     }
   }
   for (int y = 0; y < frame.height / 2; ++y) {
@@ -70,17 +78,14 @@ void fill_frame(const Image& image, AVFrame& frame) {
         blue[x] = red[x] = kNoChroma;
         continue;
       }
-      double r = 0.0;
-      double g = 0.0;
-      double b = 0.0;
+      int rgb[3] = {0, 0, 0};
       for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
         const std::uint8_t* p = pixel(2 * x + dx, 2 * y + dy);
-        r += 0.25 * p[0];
-        g += 0.25 * p[1];
-        b += 0.25 * p[2];
+        for (int c = 0; c < 3; ++c) rgb[c] += p[c];
       }
-      blue[x] = to_byte(kNoChroma - 0.168736 * r - 0.331264 * g + 0.5 * b);
-      red[x] = to_byte(kNoChroma + 0.5 * r - 0.418688 * g - 0.081312 * b);
+      // A quarter of -0.168736, -0.331264, 0.5; and of 0.5, -0.418688, -0.081312.
+      blue[x] = mixed(rgb, -2765, -5427, 8192, kNoChroma);
+      red[x] = mixed(rgb, 8192, -6860, -1332, kNoChroma);
     }
   }
 }
@@ -134,6 +139,7 @@ struct VideoWriter::Impl {
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
     codec->thread_count = 0;
+    if (options.quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));
     if (container->oformat->flags & AVFMT_GLOBALHEADER) {
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
@@ -170,6 +176,24 @@ struct VideoWriter::Impl {
     const int status = avformat_write_header(raw, &muxer);
     av_dict_free(&muxer);
     check(status);
+  }
+
+  /// The frame to be filled and encoded next.
+  AVFrame& next_frame() {
+    if (!frame->buf[0]) {
+      frame->width = codec->width;
+      frame->height = codec->height;
+      frame->format = codec->pix_fmt;
+      frame->color_range = codec->color_range;
+      check(av_frame_get_buffer(frame.get(), 0));
+    }
+    check(av_frame_make_writable(frame.get()));
+    return *frame;
+  }
+
+  void encode_next() {
+    frame->pts = num_written++;
+    encode(frame.get());
   }
 
   void encode(const AVFrame* picture) {
@@ -224,18 +248,21 @@ void VideoWriter::write(const Image& image) {
         self.width_px,
         self.height_px));
   }
-  AVFrame& frame = *self.frame;
-  if (!frame.buf[0]) {
-    frame.width = self.codec->width;
-    frame.height = self.codec->height;
-    frame.format = self.codec->pix_fmt;
-    frame.color_range = self.codec->color_range;
-    self.check(av_frame_get_buffer(&frame, 0));
-  }
-  self.check(av_frame_make_writable(&frame));
-  fill_frame(image, frame);
-  frame.pts = self.num_written++;
-  self.encode(&frame);
+  fill_frame(image, self.next_frame());
+  self.encode_next();
+}
+
+void VideoWriter::write(const std::function<void(const PicturePlanes&)>& paint) {
+  assert(m_impl->container);
+  const AVFrame& frame = m_impl->next_frame();
+  paint({frame.data[0],
+         frame.data[1],
+         frame.data[2],
+         frame.linesize[0],
+         frame.linesize[1],
+         frame.width,
+         frame.height});
+  m_impl->encode_next();
 }
 
 void VideoWriter::finish() {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/film_scene.hpp"
 
-#include "capture/marker_pattern.hpp"
 #include "core/constants.hpp"
 
 #include <Eigen/LU>
@@ -117,15 +116,16 @@ Canvas::Canvas(int width_px, int height_px)
       light(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px), 0.0F) {}
 
 ProjectedMarker project_marker(const FilmCamera& camera,
-                               const Marker& marker,
+                               const MarkerPattern& pattern,
+                               double size_m,
                                const MarkerPose& pose,
                                const Eigen::Vector2d& shift_px) {
   // Columns: the pattern's x and y axes after a turn anticlockwise, in (u right, v down).
   Eigen::Matrix2d axes;
   axes << std::cos(pose.turn_rad), std::sin(pose.turn_rad), -std::sin(pose.turn_rad),
       std::cos(pose.turn_rad);
-  const Eigen::Matrix2d px_from_pattern = camera.jacobian(pose.position) * axes * marker.size_m;
-  return {marker.kind, camera.pixel_from_rig(pose.position) + shift_px, px_from_pattern.inverse()};
+  const Eigen::Matrix2d px_from_pattern = camera.jacobian(pose.position) * axes * size_m;
+  return {pattern, camera.pixel_from_rig(pose.position) + shift_px, px_from_pattern.inverse()};
 }
 
 PixelBox box_of(const ProjectedMarker& marker, const Canvas& canvas) {
@@ -208,7 +208,7 @@ void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
       const Eigen::Vector2d centre =
           marker.pattern_from_px * (Eigen::Vector2d(x, y) - marker.centre_px);
       const double far = centre.cwiseAbs().maxCoeff() + 0.5 * surround;
-      const double around = pattern_value_averaged(marker.kind, centre.x(), centre.y(), surround);
+      const double around = marker.pattern.averaged(centre.x(), centre.y(), surround);
       if (far < kPaperHalf && std::min(around, 1.0 - around) < kUniform) {
         row[x] = static_cast<float>(around > 0.5 ? kPaper : kInk);
         continue;
@@ -224,7 +224,7 @@ void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
                               covered(at.y(), sample, kPaperHalf) /
                               (kPatternSamples * kPatternSamples);
           if (part <= 0.0) continue;
-          const double value = pattern_value_averaged(marker.kind, at.x(), at.y(), sample);
+          const double value = marker.pattern.averaged(at.x(), at.y(), sample);
           paper += part;
           light += part * (kInk + (kPaper - kInk) * value);
         }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/detail/film_camera.hpp"
+#include "capture/marker_pattern.hpp"
 #include "capture/render_film.hpp"
 #include "rigs/rig.hpp"
 
@@ -45,14 +46,15 @@ using ProjectedFace = std::array<Eigen::Vector2d, 4>;
 
 /// A marker as seen: its centre and the affine map to its pattern's coordinates.
 struct ProjectedMarker {
-  MarkerKind kind = MarkerKind::Dot;
+  MarkerPattern pattern;
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   Eigen::Matrix2d pattern_from_px =
       Eigen::Matrix2d::Identity();  ///< offset from the centre to pattern coordinates [1/px]
 };
 
 [[nodiscard]] ProjectedMarker project_marker(const FilmCamera& camera,
-                                             const Marker& marker,
+                                             const MarkerPattern& pattern,
+                                             double size_m,
                                              const MarkerPose& pose,
                                              const Eigen::Vector2d& shift_px);
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/marker_candidates.hpp"
 
+#include "capture/detail/find_tags.hpp"
 #include "capture/fit_marker.hpp"
 #include "core/constants.hpp"
 #include "core/units.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <opencv2/imgproc.hpp>
 
@@ -74,10 +76,10 @@ std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int wind
 
 /// Markers of a kind that a blob's area and outline allow; the area of each kind's ink follows from
 /// its definition.
-std::vector<Guess> guesses(MarkerKind kind, const Blob& blob) {
+std::vector<Guess> guesses(const MarkerPattern& pattern, const Blob& blob) {
   const double fill = blob.fill();
   const auto within = [fill](double low, double high) { return fill > low && fill < high; };
-  switch (kind) {
+  switch (pattern.kind()) {
     case MarkerKind::Dot:
       if (within(0.62, 0.92)) return {{blob.centre_px, std::sqrt(4.0 / kPi * blob.area_px)}};
       break;
@@ -114,10 +116,10 @@ bool plausible(const MarkerAlignment& found, const Guess& guess) {
 
 /// Aligns from a few turns and keeps the best.
 std::optional<MarkerCandidate> align_guess(const LumaFrame& frame,
-                                           MarkerKind kind,
+                                           const MarkerPattern& pattern,
                                            const Guess& guess,
                                            TemplateStore& templates) {
-  const MarkerTemplate& marker = templates.get(kind, guess.size_px);
+  const MarkerTemplate& marker = templates.get(pattern, guess.size_px);
   AlignOptions options;
   options.fit_shape = true;
   options.farthest_px = 0.5 * guess.size_px + 1.0;
@@ -129,11 +131,43 @@ std::optional<MarkerCandidate> align_guess(const LumaFrame& frame,
                      upright_marker(guess.centre_px, guess.size_px, turn_deg * kRadiansPerDegree),
                      options);
     if (plausible(found, guess) && (!best || found.score > best->score)) {
-      best = {kind, found.placement, placed_size_px(found.placement), found.score};
+      best = {pattern, found.placement, placed_size_px(found.placement), found.score};
     }
     if (!marker.has_turn() || (best && best->score > kGoodScore)) break;
   }
   return best;
+}
+
+/// Tags, aligned from where they were read.
+std::vector<MarkerCandidate> tag_candidates(const LumaFrame& frame,
+                                            const std::vector<MarkerPattern>& patterns,
+                                            const SearchBox& box,
+                                            TemplateStore& templates) {
+  LumaFrame part = frame;
+  part.pixels += box.y0 * frame.stride + box.x0;
+  part.width_px = box.x1 - box.x0;
+  part.height_px = box.y1 - box.y0;
+  std::vector<MarkerCandidate> candidates;
+  for (const FoundTag& tag : find_tags(part, patterns)) {
+    MarkerPlacement start = tag.placement;
+    start.position_px += Eigen::Vector2d(box.x0, box.y0);
+    const Guess guess{start.position_px, placed_size_px(start)};
+    const MarkerPattern& pattern = patterns[tag.pattern];
+    AlignOptions options;
+    options.fit_shape = true;
+    options.farthest_px = 0.5 * guess.size_px;
+    const MarkerAlignment aligned =
+        align_marker(frame, templates.get(pattern, guess.size_px), start, options);
+    if (!plausible(aligned, guess)) continue;
+    candidates.push_back(
+        {pattern, aligned.placement, placed_size_px(aligned.placement), aligned.score});
+  }
+  return candidates;
+}
+
+bool lies_within(const Eigen::Vector2d& px, const MarkerCandidate& tag) {
+  const Eigen::Vector2d offset = px - tag.placement.position_px;
+  return (tag.placement.px_from_pattern.inverse() * offset).cwiseAbs().maxCoeff() < 0.5;
 }
 
 bool same_place(const MarkerCandidate& a, const MarkerCandidate& b) {
@@ -143,20 +177,20 @@ bool same_place(const MarkerCandidate& a, const MarkerCandidate& b) {
 
 }  // namespace
 
-const MarkerTemplate& TemplateStore::get(MarkerKind kind, double size_px) {
+const MarkerTemplate& TemplateStore::get(const MarkerPattern& pattern, double size_px) {
   const int step = static_cast<int>(std::lround(std::log(size_px) / std::log(kSizeStep)));
-  const auto key = std::pair(kind, step);
+  const auto key = std::pair(pattern, step);
   auto place = m_templates.find(key);
   if (place == m_templates.end()) {
-    place =
-        m_templates.emplace(key, MarkerTemplate(kind, std::pow(kSizeStep, step), kTemplateBlur_px))
-            .first;
+    place = m_templates
+                .emplace(key, MarkerTemplate(pattern, std::pow(kSizeStep, step), kTemplateBlur_px))
+                .first;
   }
   return place->second;
 }
 
 std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
-                                             const std::vector<MarkerKind>& kinds,
+                                             const std::vector<MarkerPattern>& patterns,
                                              const SearchBox& box,
                                              TemplateStore& templates) {
   const int width = box.x1 - box.x0;
@@ -166,25 +200,33 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
   auto* first = const_cast<std::uint8_t*>(frame.pixels + box.y0 * frame.stride + box.x0);
   const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(frame.stride));
 
+  const auto tags = tag_candidates(frame, patterns, box, templates);
+  const auto in_a_tag = [&tags](const Eigen::Vector2d& px) {
+    return std::any_of(
+        tags.begin(), tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
+  };
   std::vector<MarkerCandidate> found;
   for (const int window_px : kWindows_px) {
     if (window_px > 2 * std::min(width, height)) break;
     for (const Blob& blob : find_blobs(grey, box, window_px)) {
-      for (const MarkerKind kind : kinds) {
-        for (const Guess& guess : guesses(kind, blob)) {
+      if (in_a_tag(blob.centre_px)) continue;
+      for (const MarkerPattern& pattern : patterns) {
+        for (const Guess& guess : guesses(pattern, blob)) {
           const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
-            return other.kind == kind && other.score > kGoodScore &&
+            return other.pattern == pattern && other.score > kGoodScore &&
                    (other.placement.position_px - guess.centre_px).norm() <
                        0.25 * kSamePlace * other.size_px;
           });
           if (known) continue;
-          if (auto candidate = align_guess(frame, kind, guess, templates)) {
+          if (auto candidate = align_guess(frame, pattern, guess, templates)) {
             found.push_back(*candidate);
           }
         }
       }
     }
   }
+  std::erase_if(found, [&](const auto& other) { return in_a_tag(other.placement.position_px); });
+  found.insert(found.end(), tags.begin(), tags.end());
   std::stable_sort(
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
   std::vector<MarkerCandidate> best;

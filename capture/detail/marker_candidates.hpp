@@ -11,9 +11,9 @@
 
 namespace twang::detail {
 
-/// Something in a picture that looks like a marker of a kind.
+/// Something in a picture that looks like a marker.
 struct MarkerCandidate {
-  MarkerKind kind = MarkerKind::Dot;
+  MarkerPattern pattern;
   MarkerPlacement placement;
   double size_px = 0.0;  ///< outer size [px]
   double score = 0.0;    ///< correlation with the ideal picture [-]
@@ -28,18 +28,20 @@ struct SearchBox {
 /// share one.
 class TemplateStore {
  public:
-  [[nodiscard]] const MarkerTemplate& get(MarkerKind kind, double size_px);
+  [[nodiscard]] const MarkerTemplate& get(const MarkerPattern& pattern, double size_px);
 
  private:
-  std::map<std::pair<MarkerKind, int>, MarkerTemplate> m_templates;
+  std::map<std::pair<MarkerPattern, int>, MarkerTemplate> m_templates;
 };
 
-/// Everything in `box` that looks like a marker of one of `kinds`: dark blobs on a lighter surround
-/// at several scales, each aligned with the ideal picture and judged by its score. Where several
-/// kinds fit one place, the best.
-[[nodiscard]] std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
-                                                           const std::vector<MarkerKind>& kinds,
-                                                           const SearchBox& box,
-                                                           TemplateStore& templates);
+/// Everything in `box` that looks like a marker of one of `patterns`: tags that can be read, and
+/// dark blobs on a lighter surround at several scales, each aligned with the ideal picture and
+/// judged by its score. Where several patterns fit one place, the best; nothing within a tag. A
+/// patch has no ideal picture and is not found here.
+[[nodiscard]] std::vector<MarkerCandidate> find_candidates(
+    const LumaFrame& frame,
+    const std::vector<MarkerPattern>& patterns,
+    const SearchBox& box,
+    TemplateStore& templates);
 
 }  // namespace twang::detail

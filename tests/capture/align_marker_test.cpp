@@ -23,7 +23,7 @@ PaintedMarker painted(MarkerKind kind,
                       double size_px,
                       Eigen::Vector2d position_px = {29.37, 30.21}) {
   PaintedMarker marker;
-  marker.kind = kind;
+  marker.pattern = MarkerPattern(kind);
   marker.position_px = position_px;
   marker.px_from_pattern = upright_marker(position_px, size_px, kTurn_rad).px_from_pattern;
   return marker;
@@ -44,7 +44,7 @@ MarkerAlignment align(const Image& image, const PaintedMarker& marker, double bl
   options.fit_motion = marker.motion_px.norm() > 0.0;
   start.motion_px *= 0.7;
   return align_marker(
-      luma_view(image), MarkerTemplate(marker.kind, size_px, blur_px), start, options);
+      luma_view(image), MarkerTemplate(marker.pattern, size_px, blur_px), start, options);
 }
 
 Eigen::Vector2d error_of(const MarkerAlignment& found, const PaintedMarker& marker) {
@@ -70,22 +70,23 @@ TEST_P(EveryKind, ScattersAsItsSigmaSays) {
   for (const double size_px : {9.5, 36.0}) {
     const PaintedMarker marker = painted(GetParam(), size_px);
     const Image clean = picture(marker);
+    // About where it is found without noise: the painter's own few thousandths are no scatter.
+    const Eigen::Vector2d offset = error_of(align(clean, marker), marker);
     double square = 0.0;
     double in_sigmas = 0.0;
     constexpr int kDraws = 20;
     for (unsigned seed = 1; seed <= kDraws; ++seed) {
       const MarkerAlignment found = align(with_noise(clean, kNoise, seed), marker);
       ASSERT_TRUE(found.converged);
-      const double error = 0.5 * error_of(found, marker).squaredNorm();
+      const double error = 0.5 * (error_of(found, marker) - offset).squaredNorm();
       square += error / kDraws;
       in_sigmas += error / std::pow(found.sigma_px, 2) / kDraws;
     }
     // The target for markers of 30 to 40 px; small ones reach it too without compression.
     EXPECT_LT(std::sqrt(square), 0.02) << size_px;
-    // 40 coordinates: a chi-square of 1 ± 0.22 if the sigma were exact. It has a floor, which
-    // makes it larger than the scatter of large markers, and must not be half of it.
-    EXPECT_LT(in_sigmas, 1.6) << size_px;
-    EXPECT_GT(in_sigmas, 0.1) << size_px;
+    // 40 coordinates: a chi-square of 1 ± 0.22 if the sigma is exact; three of these.
+    EXPECT_LT(in_sigmas, 1.67) << size_px;
+    EXPECT_GT(in_sigmas, 0.33) << size_px;
   }
 }
 
@@ -106,8 +107,8 @@ TEST_P(EveryKind, FitFindsSizeSlantAndDefocus) {
   marker.px_from_pattern.col(0) *= 0.92;  // seen from the side
   marker.blur_px = 0.8;
   const Image image = picture(marker);
-  const FittedMarker fitted =
-      fit_marker(luma_view(image), GetParam(), upright_marker(marker.position_px, 27.0), 10.0);
+  const FittedMarker fitted = fit_marker(
+      luma_view(image), MarkerPattern(GetParam()), upright_marker(marker.position_px, 27.0), 10.0);
   ASSERT_TRUE(fitted.alignment.converged);
   EXPECT_LT(error_of(fitted.alignment, marker).norm(), 0.02);
   // The painter's kernel is five samples of a Gaussian: its tails are missing.
@@ -153,7 +154,7 @@ TEST(AlignMarker, TurnIsAnticlockwiseAsSeen) {
   const Image image = picture(marker);
   const MarkerAlignment found =
       align_marker(luma_view(image),
-                   MarkerTemplate(MarkerKind::Cross, 30.0, 0.0),
+                   MarkerTemplate(MarkerPattern(MarkerKind::Cross), 30.0, 0.0),
                    upright_marker(marker.position_px, 30.0, kTurn_rad - 0.07));
   ASSERT_TRUE(found.converged);
   EXPECT_NEAR(found.turn_rad, 0.07, 1e-3);
@@ -171,8 +172,10 @@ TEST(AlignMarker, RoundMarkerIsNeverTurned) {
 TEST(AlignMarker, ScoreTellsAnotherPattern) {
   const PaintedMarker dot = painted(MarkerKind::Dot, 30.0);
   const Image image = picture(dot);
-  const MarkerAlignment found = align_marker(
-      luma_view(image), MarkerTemplate(MarkerKind::Checker, 30.0, 0.0), placement_of(dot));
+  const MarkerAlignment found =
+      align_marker(luma_view(image),
+                   MarkerTemplate(MarkerPattern(MarkerKind::Checker), 30.0, 0.0),
+                   placement_of(dot));
   EXPECT_TRUE(!found.converged || found.score < 0.7);
 }
 
@@ -190,9 +193,10 @@ TEST(AlignMarker, GivesUpWhereTheMarkerLeavesThePicture) {
 
 TEST(AlignMarker, GivesUpOnAFlatPicture) {
   const Image flat{kSide_px, kSide_px, 1, std::vector<std::uint8_t>(kSide_px * kSide_px, 128)};
-  const MarkerAlignment found = align_marker(luma_view(flat),
-                                             MarkerTemplate(MarkerKind::Dot, 20.0, 0.0),
-                                             upright_marker({30.0, 30.0}, 20.0));
+  const MarkerAlignment found =
+      align_marker(luma_view(flat),
+                   MarkerTemplate(MarkerPattern(MarkerKind::Dot), 20.0, 0.0),
+                   upright_marker({30.0, 30.0}, 20.0));
   EXPECT_FALSE(found.converged);
 }
 
@@ -203,13 +207,15 @@ TEST(AlignMarker, StaysWithinItsLeash) {
   start.position_px.x() += 4.0;
   AlignOptions options;
   options.farthest_px = 2.0;
-  EXPECT_FALSE(
-      align_marker(luma_view(image), MarkerTemplate(MarkerKind::Dot, 20.0, 0.0), start, options)
-          .converged);
+  EXPECT_FALSE(align_marker(luma_view(image),
+                            MarkerTemplate(MarkerPattern(MarkerKind::Dot), 20.0, 0.0),
+                            start,
+                            options)
+                   .converged);
 }
 
 TEST(MarkerTemplate, GradientIsTheDerivativeOfTheValue) {
-  const MarkerTemplate marker(MarkerKind::Ring, 25.0, 1.0);
+  const MarkerTemplate marker(MarkerPattern(MarkerKind::Ring), 25.0, 1.0);
   constexpr double kStep = 0.01;  // a quarter of a pixel, two samples
   for (const auto& [u, v] : {std::pair{0.3, 0.4}, {-0.24, 0.02}, {0.1, -0.5}}) {
     const auto at = marker.at(u, v);
@@ -219,10 +225,6 @@ TEST(MarkerTemplate, GradientIsTheDerivativeOfTheValue) {
     EXPECT_NEAR(
         at.dv, (marker.at(u, v + kStep).value - marker.at(u, v - kStep).value) / (2 * kStep), 0.3);
   }
-}
-
-TEST(MarkerTemplate, RefusesKindsWithoutAKnownPicture) {
-  EXPECT_THROW(MarkerTemplate(MarkerKind::ArUco, 30.0, 0.5), InputError);
 }
 
 }  // namespace

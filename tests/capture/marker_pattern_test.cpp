@@ -16,12 +16,11 @@ constexpr MarkerKind kDrawn[] = {
     MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker};
 
 /// Mean of the pattern at the centres of n x n cells.
-double brute_force_average(MarkerKind kind, double x, double y, double width, int n) {
+double brute_force_average(const MarkerPattern& pattern, double x, double y, double width, int n) {
   double sum = 0.0;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      sum +=
-          pattern_value(kind, x + width * ((i + 0.5) / n - 0.5), y + width * ((j + 0.5) / n - 0.5));
+      sum += pattern.value(x + width * ((i + 0.5) / n - 0.5), y + width * ((j + 0.5) / n - 0.5));
     }
   }
   return sum / (n * n);
@@ -41,8 +40,8 @@ TEST(MarkerPattern, AreaAverageAgreesWithBruteForce) {
       const double x = place(random);
       const double y = place(random);
       const double width = size(random);
-      const double expected = brute_force_average(kind, x, y, width, kCells);
-      EXPECT_NEAR(pattern_value_averaged(kind, x, y, width), expected, kTolerance)
+      const double expected = brute_force_average(MarkerPattern(kind), x, y, width, kCells);
+      EXPECT_NEAR(MarkerPattern(kind).averaged(x, y, width), expected, kTolerance)
           << to_string(kind) << " at " << x << ", " << y << " width " << width;
       mixed += expected > 0.01 && expected < 0.99;
     }
@@ -52,10 +51,10 @@ TEST(MarkerPattern, AreaAverageAgreesWithBruteForce) {
 
 TEST(MarkerPattern, WholeAreaIsTheClosedForm) {
   // Exact up to rounding.
-  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Cross, 0, 0, 1), 1.0 - 5.0 / 9.0, 1e-12);
-  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Dot, 0, 0, 1), 1.0 - kPi / 4.0, 1e-12);
-  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Ring, 0, 0, 1), 1.0 - 3.0 * kPi / 16.0, 1e-12);
-  EXPECT_NEAR(pattern_value_averaged(MarkerKind::Checker, 0, 0, 1), 0.5, 1e-12);
+  EXPECT_NEAR(MarkerPattern(MarkerKind::Cross).averaged(0, 0, 1), 1.0 - 5.0 / 9.0, 1e-12);
+  EXPECT_NEAR(MarkerPattern(MarkerKind::Dot).averaged(0, 0, 1), 1.0 - kPi / 4.0, 1e-12);
+  EXPECT_NEAR(MarkerPattern(MarkerKind::Ring).averaged(0, 0, 1), 1.0 - 3.0 * kPi / 16.0, 1e-12);
+  EXPECT_NEAR(MarkerPattern(MarkerKind::Checker).averaged(0, 0, 1), 0.5, 1e-12);
 }
 
 TEST(MarkerPattern, QuadrantsOfADiskAddUp) {
@@ -65,22 +64,22 @@ TEST(MarkerPattern, QuadrantsOfADiskAddUp) {
   double ink = 0.0;
   for (const double sx : {-1.0, 1.0}) {
     for (const double sy : {-1.0, 1.0}) {
-      ink += 1.0 - pattern_value_averaged(MarkerKind::Dot, x + sx, y + sy, 2.0);
+      ink += 1.0 - MarkerPattern(MarkerKind::Dot).averaged(x + sx, y + sy, 2.0);
     }
   }
   EXPECT_NEAR(4.0 * ink, kPi / 4.0, 1e-12);  // rounding
 }
 
 TEST(MarkerPattern, IsInkAndPaperWhereThePictureSaysSo) {
-  EXPECT_EQ(pattern_value(MarkerKind::Cross, 0.45, 0.1), 0.0);
-  EXPECT_EQ(pattern_value(MarkerKind::Cross, 0.45, 0.2), 1.0);
-  EXPECT_EQ(pattern_value(MarkerKind::Ring, 0.0, 0.2), 1.0);
-  EXPECT_EQ(pattern_value(MarkerKind::Ring, 0.0, 0.3), 0.0);
-  EXPECT_EQ(pattern_value(MarkerKind::Checker, -0.2, -0.2), 0.0);  // upper left
-  EXPECT_EQ(pattern_value(MarkerKind::Checker, 0.2, -0.2), 1.0);   // upper right
+  EXPECT_EQ(MarkerPattern(MarkerKind::Cross).value(0.45, 0.1), 0.0);
+  EXPECT_EQ(MarkerPattern(MarkerKind::Cross).value(0.45, 0.2), 1.0);
+  EXPECT_EQ(MarkerPattern(MarkerKind::Ring).value(0.0, 0.2), 1.0);
+  EXPECT_EQ(MarkerPattern(MarkerKind::Ring).value(0.0, 0.3), 0.0);
+  EXPECT_EQ(MarkerPattern(MarkerKind::Checker).value(-0.2, -0.2), 0.0);  // upper left
+  EXPECT_EQ(MarkerPattern(MarkerKind::Checker).value(0.2, -0.2), 1.0);   // upper right
   for (const MarkerKind kind : kDrawn) {
-    EXPECT_EQ(pattern_value(kind, 0.51, 0.0), 1.0);
-    EXPECT_EQ(pattern_value_averaged(kind, 0.8, 0.0, 0.5), 1.0);
+    EXPECT_EQ(MarkerPattern(kind).value(0.51, 0.0), 1.0);
+    EXPECT_EQ(MarkerPattern(kind).averaged(0.8, 0.0, 0.5), 1.0);
   }
 }
 
@@ -94,26 +93,75 @@ TEST(MarkerPattern, RepeatsAfterItsPeriodAndNotBefore) {
       const double y = place(random);
       const double c = std::cos(angle);
       const double s = std::sin(angle);
-      count += pattern_value(kind, x, y) != pattern_value(kind, c * x - s * y, s * x + c * y);
+      count += MarkerPattern(kind).value(x, y) !=
+               MarkerPattern(kind).value(c * x - s * y, s * x + c * y);
     }
     return count;
   };
   for (const MarkerKind kind : {MarkerKind::Cross, MarkerKind::Checker}) {
-    EXPECT_EQ(differing(kind, rotational_period_rad(kind)), 0);
-    EXPECT_GT(differing(kind, rotational_period_rad(kind) / 2.0), 50);
+    EXPECT_EQ(differing(kind, MarkerPattern(kind).rotational_period_rad()), 0);
+    EXPECT_GT(differing(kind, MarkerPattern(kind).rotational_period_rad() / 2.0), 50);
   }
   for (const MarkerKind kind : {MarkerKind::Dot, MarkerKind::Ring}) {
-    EXPECT_EQ(rotational_period_rad(kind), 0.0);
+    EXPECT_EQ(MarkerPattern(kind).rotational_period_rad(), 0.0);
     EXPECT_EQ(differing(kind, 0.7), 0);
   }
 }
 
-TEST(MarkerPattern, RefusesKindsItCannotDraw) {
+TEST(MarkerPattern, OfAMarkerIsThatOfItsKind) {
+  Marker marker;
+  marker.id = "tip";
+  for (const MarkerKind kind : kDrawn) {
+    marker.kind = kind;
+    EXPECT_EQ(MarkerPattern(marker), MarkerPattern(kind));
+    EXPECT_EQ(MarkerPattern(marker).kind(), kind);
+    EXPECT_EQ(MarkerPattern(marker).num_cells(), 0);
+  }
+  EXPECT_NE(MarkerPattern(MarkerKind::Dot), MarkerPattern(MarkerKind::Ring));
+}
+
+TEST(MarkerPattern, KindAloneIsNotEnoughForATagOrAPatch) {
   for (const MarkerKind kind : {MarkerKind::ArUco, MarkerKind::AprilTag, MarkerKind::Patch}) {
     EXPECT_TRUE(
-        holds(refusal_of([&] { (void)pattern_value(kind, 0, 0); }), std::string(to_string(kind))));
-    EXPECT_TRUE(holds(refusal_of([&] { (void)pattern_value_averaged(kind, 0, 0, 1); }),
-                      std::string(to_string(kind))));
+        holds(refusal_of([&] { (void)MarkerPattern(kind); }), std::string(to_string(kind))));
+  }
+}
+
+MarkerPattern patch(const char* id) {
+  Marker marker;
+  marker.id = id;
+  marker.kind = MarkerKind::Patch;
+  return MarkerPattern(marker);
+}
+
+TEST(MarkerPattern, PatchIsATextureOfItsOwn) {
+  EXPECT_EQ(patch("tip"), patch("tip"));
+  EXPECT_NE(patch("tip"), patch("top"));
+  double square = 0.0;
+  double mean = 0.0;
+  constexpr int kSide = 40;
+  for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < kSide; ++i) {
+      const double value = patch("tip").value((i + 0.5) / kSide - 0.5, (j + 0.5) / kSide - 0.5);
+      EXPECT_GE(value, 0.0);
+      EXPECT_LE(value, 1.0);
+      mean += value / (kSide * kSide);
+      square += value * value / (kSide * kSide);
+    }
+  }
+  // Six waves of a twelfth: a variance of 6/288, or 0.14 of the way from ink to paper.
+  EXPECT_NEAR(std::sqrt(square - mean * mean), 0.144, 0.05);
+  // The texture goes on over the paper's rim.
+  EXPECT_NE(patch("tip").value(0.6, 0.0), patch("tip").value(0.7, 0.0));
+}
+
+TEST(MarkerPattern, PatchAveragesInClosedForm) {
+  for (const double width : {0.03, 0.2, 0.7}) {
+    // The mean at the centres of 60 x 60 cells errs by the square of a cell over the shortest wave.
+    EXPECT_NEAR(patch("tip").averaged(0.11, -0.23, width),
+                brute_force_average(patch("tip"), 0.11, -0.23, width, 60),
+                1e-3)
+        << width;
   }
 }
 

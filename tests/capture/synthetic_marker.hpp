@@ -15,9 +15,9 @@
 namespace twang::test {
 
 /// A marker painted into a picture of its own by brute force: every pixel is the mean of many
-/// samples of the sharp pattern. Shares only `pattern_value` with what it tests.
+/// samples of the sharp pattern. Shares only `MarkerPattern::value` with what it tests.
 struct PaintedMarker {
-  MarkerKind kind = MarkerKind::Cross;
+  MarkerPattern pattern = MarkerPattern(MarkerKind::Cross);
   Eigen::Vector2d position_px = {32.0, 32.0};
   Eigen::Matrix2d px_from_pattern = 30.0 * Eigen::Matrix2d::Identity();
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< during the exposure
@@ -37,7 +37,7 @@ inline double sharp_grey(const PaintedMarker& m,
     return offset.x() > 0.0 ? m.background : 0.5 * m.background;  // an uneven background
   }
   const double paper = m.paper * (1.0 + m.shading * uv.x());
-  return m.ink + (paper - m.ink) * pattern_value(m.kind, uv.x(), uv.y());
+  return m.ink + (paper - m.ink) * m.pattern.value(uv.x(), uv.y());
 }
 
 inline Image paint(const PaintedMarker& m, int width, int height, unsigned seed) {
