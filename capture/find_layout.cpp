@@ -3,6 +3,7 @@
 
 #include "capture/detail/marker_candidates.hpp"
 #include "capture/detail/match_constellation.hpp"
+#include "capture/detail/place_patches.hpp"
 #include "capture/detail/search_marker.hpp"
 #include "capture/marker_pattern.hpp"
 #include "core/error.hpp"
@@ -51,13 +52,9 @@ void check_kinds(const Rig& rig) {
   for (const Marker& marker : rig.markers) {
     try {
       static_cast<void>(MarkerPattern(marker));
-    } catch (const InputError&) {
-      throw InputError(
-          fmt::format("{}: marker '{}' is of kind '{}', which cannot be tracked, must be cross, "
-                      "dot, ring or checker",
-                      rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(),
-                      marker.id,
-                      to_string(marker.kind)));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format(
+          "{}: {}", rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(), error.what()));
     }
   }
 }
@@ -415,7 +412,16 @@ PartialLayout search_layout(const LumaFrame& frame,
   }
   check_kinds(rig);
   check_starts(frame, rig, start_px);
-  return LayoutSearch(frame, rig, start_px, film, picture).run();
+  const Rig printed = detail::without_patches(rig);
+  if (printed.markers.size() == rig.markers.size()) {
+    return LayoutSearch(frame, rig, start_px, film, picture).run();
+  }
+  std::map<std::string, Eigen::Vector2d> starts = start_px;
+  std::erase_if(starts, [&](const auto& start) { return !printed.find_marker(start.first); });
+  return detail::place_patches({frame, rig, start_px, film, picture},
+                               printed.markers.empty()
+                                   ? PartialLayout{}
+                                   : LayoutSearch(frame, printed, starts, film, picture).run());
 }
 
 Layout find_layout(const LumaFrame& frame,

@@ -361,7 +361,8 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   double left_px = 0.0;
   const double chi_square =
       camera.chi_square([&](std::size_t n) { return camera.steady_from_frame(n); }, 4.0, left_px);
-  const bool whole = span_plane(camera.fixed()) && chi_square > kMostChiSquare && left_px > kStillCamera_px;
+  const bool whole =
+      span_plane(camera.fixed()) && chi_square > kMostChiSquare && left_px > kStillCamera_px;
   for (std::size_t n = 0; n < camera.num_frames(); ++n) {
     const PointPairs seen = camera.seen(n);
     const bool own = whole && seen.from.size() >= 4;

@@ -2,10 +2,12 @@
 #include "capture/track_markers.hpp"
 
 #include "capture/detail/doubled_frames.hpp"
+#include "capture/detail/find_repeats.hpp"
 #include "capture/detail/first_layout.hpp"
 #include "capture/detail/follow_layout.hpp"
 #include "capture/detail/lost_stretches.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
+#include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
@@ -77,7 +79,7 @@ class Tracking {
   void check_all_seen();
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
-  [[nodiscard]] std::vector<bool> find_doubled() const;
+  void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
 
@@ -149,24 +151,23 @@ void Tracking::check_all_seen() {
   }
 }
 
-/// By the pictures, and in slow motion, which these do not show clearly, by the markers: some stand
-/// where they should have moved, and none moved.
-std::vector<bool> Tracking::find_doubled() const {
-  auto [doubled, changed] = m_doubled.decide();
-  std::vector<int> stand(doubled.size(), 0);
-  std::vector<int> move(doubled.size(), 0);
+/// A repeated picture is no measurement: it does not count as scatter.
+void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
+  std::vector<std::vector<Eigen::Vector2d>> measured;
   for (const MarkerTrack& track : m_result.tracks) {
-    const std::vector<int> verdict =
-        detail::stands_against_motion(track.position_px, track.sigma_px);
-    for (std::size_t n = 0; n < verdict.size(); ++n) {
-      stand[n] += verdict[n] > 0 ? 1 : 0;
-      move[n] += verdict[n] < 0 ? 1 : 0;
+    auto& positions = measured.emplace_back(track.position_px);
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+      if (doubled[n]) positions[n].setConstant(kNaN);
     }
   }
-  for (std::size_t n = 0; n < doubled.size(); ++n) {
-    if (stand[n] > 0 && move[n] == 0 && !changed[n]) doubled[n] = true;
+  std::vector<const std::vector<Eigen::Vector2d>*> position_px;
+  std::vector<std::vector<double>*> sigma_px;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    position_px.push_back(&measured[i]);
+    sigma_px.push_back(&m_result.tracks[i].sigma_px);
   }
-  return doubled;
+  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px);
+  for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 
 PlaneMap Tracking::find_plane() const {
@@ -218,9 +219,10 @@ TrackResult Tracking::finish() {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
-  const std::vector<bool> doubled = find_doubled();
+  const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
+  widen_sigmas(doubled);
   const PlaneMap map = find_plane();
   m_result.trace =
       detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);

@@ -40,6 +40,7 @@ struct MarkerTrack {
   int frames_lost = 0;
   std::string lost_because;       ///< the first reason, for a person; empty if never lost
   std::vector<LostStretch> lost;  ///< in the order of time
+  double coding_px = 0.0;         ///< part of sigma_px that compression adds, see TrackNoise [px]
 };
 
 /// A film turned into marker positions.

@@ -29,14 +29,11 @@ constexpr int kMostContradicted = 3;    // frames; then the motion has changed i
 constexpr double kStrangerSigma = 0.1;  // in sizes
 constexpr double kLookAlike = 0.75;     // correlation of a thing that could be taken for a marker
 constexpr double kLookAround = 6.0;     // for such things, in sizes
-// A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
-// motion), which no residual within the marker shows.
-constexpr double kSigmaOfCoding_px = 0.015;
 
 const Eigen::Vector2d kNowhere = Eigen::Vector2d::Constant(kNaN);
 
 MarkerSample sample_of(const MarkerAlignment& found) {
-  return {found.placement.position_px, std::hypot(found.sigma_px, kSigmaOfCoding_px), ""};
+  return {found.placement.position_px, found.sigma_px, ""};
 }
 
 }  // namespace
