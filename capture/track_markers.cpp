@@ -5,6 +5,7 @@
 #include "capture/detail/find_repeats.hpp"
 #include "capture/detail/follow_marker.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
+#include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
@@ -62,6 +63,7 @@ class Tracking {
   void follow(const LumaFrame& frame);
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
+  void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
 
@@ -126,6 +128,25 @@ void Tracking::follow(const LumaFrame& frame) {
   note_frame(frame);
 }
 
+/// A repeated picture is no measurement: it does not count as scatter.
+void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
+  std::vector<std::vector<Eigen::Vector2d>> measured;
+  for (const MarkerTrack& track : m_result.tracks) {
+    auto& positions = measured.emplace_back(track.position_px);
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+      if (doubled[n]) positions[n].setConstant(kNaN);
+    }
+  }
+  std::vector<const std::vector<Eigen::Vector2d>*> position_px;
+  std::vector<std::vector<double>*> sigma_px;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    position_px.push_back(&measured[i]);
+    sigma_px.push_back(&m_result.tracks[i].sigma_px);
+  }
+  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px);
+  for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
+}
+
 PlaneMap Tracking::find_plane() const {
   std::vector<PlaneMarker> markers;
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
@@ -181,6 +202,7 @@ TrackResult Tracking::finish() {
   const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
+  widen_sigmas(doubled);
   const PlaneMap map = find_plane();
   m_result.trace =
       detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);

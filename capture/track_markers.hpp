@@ -31,6 +31,7 @@ struct MarkerTrack {
   std::vector<double> sigma_px;              ///< of one coordinate, one a frame [px]
   int frames_lost = 0;
   std::string lost_because;  ///< the first reason, for a person; empty if never lost
+  double coding_px = 0.0;    ///< part of sigma_px that compression adds, see TrackNoise [px]
 };
 
 /// A film turned into marker positions.

@@ -22,9 +22,6 @@ constexpr double kScoreDropRatio = 3.0;   // and as a multiple of what the usual
 constexpr double kLeastScore = 0.5;
 constexpr double kContrastRange = 2.0;  // factor about the usual contrast, either way
 constexpr double kMostSigma_px = 0.5;
-// A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
-// motion), which no residual within the marker shows.
-constexpr double kSigmaOfCoding_px = 0.015;
 constexpr double kMostTurn_rad = 25.0 * kRadiansPerDegree;  // between frames
 constexpr double kApart = 0.5;                              // of two markers' centres, in sizes
 constexpr double kReachSlack = 1.05;                        // a free vibration does not grow
@@ -244,7 +241,7 @@ MarkerSample MarkerFollower::follow(const LumaFrame& frame,
     return {Eigen::Vector2d::Constant(kNaN), kNaN, why};
   }
   accept(*found);
-  return {found->placement.position_px, std::hypot(found->sigma_px, kSigmaOfCoding_px), ""};
+  return {found->placement.position_px, found->sigma_px, ""};
 }
 
 }  // namespace twang::detail
