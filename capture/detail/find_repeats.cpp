@@ -141,11 +141,15 @@ class RepeatFinder {
       m_repeats[n] = m_likeness[n] == Likeness::Same || in_cadence(n);
       open[n] = m_likeness[n] == Likeness::Alike && !m_repeats[n];
     }
-    // What is decided of later frames helps with earlier ones.
-    for (int pass = 0; pass < 2; ++pass) {
-      for (std::size_t n = 1; n < num_frames; ++n) {
-        if (open[n]) m_repeats[n] = stands_still(n);
-      }
+    for (std::size_t n = 1; n < num_frames; ++n) {
+      if (open[n]) m_repeats[n] = stands_still(n);
+    }
+    // Repeats found later help with earlier frames.
+    for (std::size_t n = 1; n < num_frames; ++n) {
+      const auto next = m_repeats.begin() + static_cast<std::ptrdiff_t>(n + 1);
+      const auto end =
+          m_repeats.begin() + static_cast<std::ptrdiff_t>(std::min(n + 1 + kReach, num_frames));
+      if (open[n] && std::find(next, end, true) < end) m_repeats[n] = stands_still(n);
     }
     return std::move(m_repeats);
   }
