@@ -3,7 +3,9 @@
 
 #include "capture/detail/doubled_frames.hpp"
 #include "capture/detail/find_repeats.hpp"
-#include "capture/detail/follow_marker.hpp"
+#include "capture/detail/first_layout.hpp"
+#include "capture/detail/follow_layout.hpp"
+#include "capture/detail/lost_stretches.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
@@ -23,8 +25,7 @@
 namespace twang {
 namespace {
 
-constexpr double kOverlayFps = 30.0;     // at most: a film to be watched
-constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
+constexpr double kOverlayFps = 30.0;  // at most: a film to be watched
 
 Image copy_of(const LumaFrame& frame) {
   Image image{frame.width_px, frame.height_px, 1, {}};
@@ -37,12 +38,9 @@ Image copy_of(const LumaFrame& frame) {
   return image;
 }
 
-std::optional<StatedRate> stated_rate(const Rig& rig,
-                                      const VideoInfo& info,
-                                      const TrackOptions& options) {
+std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& options) {
   if (options.capture_fps) return StatedRate{*options.capture_fps, "--capture-fps"};
   if (rig.camera->capture_fps) return StatedRate{*rig.camera->capture_fps, "rig"};
-  if (info.capture_fps_tag) return StatedRate{*info.capture_fps_tag, "tag"};
   return std::nullopt;
 }
 
@@ -53,33 +51,51 @@ class Tracking {
       : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
 
   TrackResult run() {
-    begin();
-    while (const auto frame = m_reader.read()) follow(*frame);
+    detail::FirstLayout first =
+        detail::find_first_layout(m_rig, m_video, m_options.start_px, m_options.progress);
+    for (const Marker& marker : m_rig.markers)
+      m_result.tracks.push_back({marker.id, {}, {}, 0, "", {}});
+    m_result.layout_frame = first.frame;
+    while (const auto frame = m_reader.read()) {
+      if (m_stamps_s.size() < first.frame) {
+        wait(*frame);
+      } else if (!m_follower) {
+        begin(*frame, std::move(first.layout));
+      } else {
+        add(m_follower->follow(*frame));
+        note_frame(*frame);
+      }
+    }
     return finish();
   }
 
  private:
-  void begin();
-  void follow(const LumaFrame& frame);
+  void wait(const LumaFrame& frame);
+  void begin(const LumaFrame& frame, PartialLayout layout);
+  void add(const std::vector<detail::MarkerSample>& samples);
+  void check_all_seen();
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
   void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
+  void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
   const Rig& m_rig;
   const std::filesystem::path& m_video;
   const TrackOptions& m_options;
   VideoReader m_reader;
-  std::vector<detail::MarkerFollower> m_followers;
+  std::optional<detail::LayoutFollower> m_follower;
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
+  std::vector<double> m_brightness;  // of the light, one a frame, if there is one
   TrackResult m_result;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
   m_stamps_s.push_back(frame.stamp_s);
+  if (m_options.clock) m_brightness.push_back(mean_brightness(frame, *m_options.clock));
   m_doubled.add(frame);
   report_progress(m_options.progress,
                   {"tracking",
@@ -87,45 +103,52 @@ void Tracking::note_frame(const LumaFrame& frame) {
                    static_cast<double>(m_reader.info().declared_frames.value_or(0))});
 }
 
-/// The first frame: where everything is.
-void Tracking::begin() {
-  const auto frame = m_reader.read();
-  if (!frame) {
-    throw InputError(fmt::format("{}: holds no picture, must hold a film", m_video.string()));
-  }
-  m_result.first_frame = copy_of(*frame);
-  Layout layout = find_layout(*frame, m_rig, m_options.start_px, m_video.string());
-  for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
-    const Marker& marker = m_rig.markers[i];
-    const MarkerAlignment& found = layout.markers[i].alignment;
-    detail::MarkerBackground background;
-    background.rest_px = layout.to_px(plane_position(*m_rig.camera, marker.position));
-    if (!marker.fixed && m_rig.release && m_rig.release->displacement) {
-      const Eigen::Vector2d far = plane_position(
-          *m_rig.camera, marker.position + kReachOfRelease * *m_rig.release->displacement);
-      background.reach_px = (layout.to_px(far) - background.rest_px).norm();
-    }
-    m_result.tracks.push_back({marker.id, {found.placement.position_px}, {found.sigma_px}, 0, ""});
-    m_size_px.push_back(placed_size_px(found.placement));
-    m_followers.emplace_back(*frame, std::move(layout.markers[i]), background);
-  }
-  note_frame(*frame);
+/// A frame before the layout is known.
+void Tracking::wait(const LumaFrame& frame) {
+  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(kNaN);
+  add(std::vector<detail::MarkerSample>(m_rig.markers.size(),
+                                        {nowhere, kNaN, "too few markers are in plain view"}));
+  note_frame(frame);
 }
 
-void Tracking::follow(const LumaFrame& frame) {
-  std::vector<Eigen::Vector2d> taken;
-  for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    MarkerTrack& track = m_result.tracks[i];
-    const detail::MarkerSample sample = m_followers[i].follow(frame, taken);
-    track.position_px.push_back(sample.position_px);
-    track.sigma_px.push_back(sample.sigma_px);
-    if (sample.lost_because.empty()) {
-      taken.push_back(sample.position_px);
-      continue;
-    }
-    if (track.frames_lost++ == 0) track.lost_because = sample.lost_because;
-  }
+/// The first usable frame: where everything is.
+void Tracking::begin(const LumaFrame& frame, PartialLayout layout) {
+  m_result.first_frame = copy_of(frame);
+  m_follower.emplace(frame, m_rig, std::move(layout));
+  add(m_follower->first());
   note_frame(frame);
+}
+
+void Tracking::add(const std::vector<detail::MarkerSample>& samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    MarkerTrack& track = m_result.tracks[i];
+    track.position_px.push_back(samples[i].position_px);
+    track.sigma_px.push_back(samples[i].sigma_px);
+    const std::size_t n = m_stamps_s.size();
+    if (!samples[i].lost_because.empty()) {
+      detail::note_lost(track, n, samples[i].lost_because);
+    } else if (!track.lost.empty()) {
+      LostStretch& last = track.lost.back();
+      if (last.first_frame + last.num_frames == n) last.found_again = true;
+    }
+  }
+}
+
+void Tracking::check_all_seen() {
+  for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
+    m_size_px.push_back(m_follower->size_px(i));
+    if (m_follower->seen(i)) continue;
+    const Marker& marker = m_rig.markers[i];
+    throw InputError(fmt::format(
+        "{}: marker '{}' was not found in any of {} frames, must be a {} of {:g} mm in plain view; "
+        "give --marker {}=x,y",
+        m_video.string(),
+        marker.id,
+        m_stamps_s.size(),
+        to_string(marker.kind),
+        kMillimetresPerMetre * marker.size_m,
+        marker.id));
+  }
 }
 
 /// A repeated picture is no measurement: it does not count as scatter.
@@ -169,38 +192,52 @@ PlaneMap Tracking::find_plane() const {
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
-  const TimeBaseSummary& time = m_result.time_base;
-  m_result.notes.push_back(fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
-                                       num_frames,
-                                       time.capture_fps,
-                                       time.source,
-                                       time.file_fps));
+  for (std::string& note : describe_time_base(m_result.time_base)) {
+    m_result.notes.push_back(std::move(note));
+  }
+  if (m_result.clock) {
+    m_result.notes.push_back(m_result.clock->message);
+    if (!m_result.clock->warning.empty()) m_result.notes.push_back(m_result.clock->warning);
+  }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
         fmt::format("{} frames repeat the one before and were left out.", num_doubled));
   }
   for (const MarkerTrack& track : m_result.tracks) {
-    if (track.frames_lost == 0) continue;
-    m_result.notes.push_back(fmt::format("Marker '{}' was lost in {} of {} frames ({}).",
-                                         track.id,
-                                         track.frames_lost,
-                                         num_frames,
-                                         track.lost_because));
+    const auto sentences = detail::sentences_on_losses(track);
+    m_result.notes.insert(m_result.notes.end(), sentences.begin(), sentences.end());
   }
 }
 
+void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubled) {
+  for (std::size_t n = 0; n < doubled.size(); ++n) {
+    if (doubled[n]) m_brightness[n] = kNaN;
+  }
+  try {
+    m_result.clock = check_clock(time.time_s, m_brightness, m_options.clock->rate_hz);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
+  if (m_options.clock_correct) correct_by_light(time, *m_result.clock);
+}
+
 TrackResult Tracking::finish() {
+  check_all_seen();
   const VideoInfo& info = m_reader.info();
   TimeBase time;
   try {
-    time = correct_time_base(
-        m_stamps_s, info.tick_s, info.declared_fps, stated_rate(m_rig, info, m_options));
+    time = correct_time_base(m_stamps_s,
+                             info.tick_s,
+                             info.declared_fps,
+                             stated_rate(m_rig, m_options),
+                             info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
   const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
+  if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
   const PlaneMap map = find_plane();
@@ -212,7 +249,8 @@ TrackResult Tracking::finish() {
   add_notes(doubled);
 
   const TrackDrawing drawing{m_result.tracks, m_size_px, doubled};
-  m_result.first_frame_with_tracks = draw_tracks(m_result.first_frame, drawing, 0);
+  m_result.first_frame_with_tracks =
+      draw_tracks(m_result.first_frame, drawing, m_result.layout_frame);
   if (!m_options.overlay.empty()) {
     write_overlay(m_video,
                   m_options.overlay,
@@ -228,6 +266,10 @@ TrackResult Tracking::finish() {
 void TrackOptions::check() const {
   if (capture_fps && !(std::isfinite(*capture_fps) && *capture_fps > 0.0)) {
     throw InputError(fmt::format("capture_fps is {}, must be > 0", *capture_fps));
+  }
+  if (clock) clock->check();
+  if (clock_correct && !clock) {
+    throw InputError("clock_correct is set, must come with a clock to correct by");
   }
   for (const auto& [id, px] : start_px) {
     if (!px.allFinite()) {
