@@ -9,6 +9,7 @@
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
+#include "capture/lens.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
 #include "capture/video_reader.hpp"
@@ -48,7 +49,10 @@ std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& option
 class Tracking {
  public:
   Tracking(const Rig& rig, const std::filesystem::path& video, const TrackOptions& options)
-      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
+      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {
+    const std::filesystem::path& lens = options.lens.empty() ? rig.camera->lens : options.lens;
+    if (!lens.empty()) m_lens = read_lens(lens);
+  }
 
   TrackResult run() {
     detail::FirstLayout first =
@@ -75,9 +79,10 @@ class Tracking {
   void add(const std::vector<detail::MarkerSample>& samples);
   void check_all_seen();
   void note_frame(const LumaFrame& frame);
+  [[nodiscard]] Lens lens_of_film(const Lens& lens, const LumaFrame& frame) const;
   TrackResult finish();
   void widen_sigmas(const std::vector<bool>& doubled);
-  [[nodiscard]] PlaneMap find_plane() const;
+  [[nodiscard]] PlaneMap find_plane(const std::vector<MarkerTrack>& straight) const;
   void add_notes(const std::vector<bool>& doubled);
   void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
@@ -91,6 +96,7 @@ class Tracking {
   std::vector<double> m_stamps_s;
   std::vector<double> m_brightness;  // of the light, one a frame, if there is one
   TrackResult m_result;
+  std::optional<Lens> m_lens;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
@@ -101,6 +107,14 @@ void Tracking::note_frame(const LumaFrame& frame) {
                   {"tracking",
                    static_cast<double>(m_stamps_s.size()),
                    static_cast<double>(m_reader.info().declared_frames.value_or(0))});
+}
+
+Lens Tracking::lens_of_film(const Lens& lens, const LumaFrame& frame) const {
+  try {
+    return lens_for_size(lens, frame.width_px, frame.height_px);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
 }
 
 /// A frame before the layout is known.
@@ -114,6 +128,7 @@ void Tracking::wait(const LumaFrame& frame) {
 /// The first usable frame: where everything is.
 void Tracking::begin(const LumaFrame& frame, PartialLayout layout) {
   m_result.first_frame = copy_of(frame);
+  if (m_lens) m_lens = lens_of_film(*m_lens, frame);
   m_follower.emplace(frame, m_rig, std::move(layout));
   add(m_follower->first());
   note_frame(frame);
@@ -170,16 +185,20 @@ void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
   for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 
-PlaneMap Tracking::find_plane() const {
+PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   std::vector<PlaneMarker> markers;
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
-    const MarkerTrack& track = m_result.tracks[i];
+    const MarkerTrack& track = straight[i];
+    const Eigen::Vector2d& first_px = track.position_px[m_result.layout_frame];
+    const double bent = m_lens && first_px.allFinite()
+                            ? std::sqrt(m_lens->distortion_jacobian(first_px).determinant())
+                            : 1.0;
     markers.push_back({marker.id,
                        marker.fixed,
                        plane_position(*m_rig.camera, marker.position),
                        marker.size_m,
-                       m_size_px[i],
+                       m_size_px[i] / bent,
                        &track.position_px,
                        &track.sigma_px});
   }
@@ -240,11 +259,16 @@ TrackResult Tracking::finish() {
   if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
-  const PlaneMap map = find_plane();
-  m_result.trace =
-      detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
+  const std::vector<MarkerTrack> straight =
+      m_lens ? detail::straightened(m_result.tracks, *m_lens) : m_result.tracks;
+  const PlaneMap map = find_plane(straight);
+  m_result.trace = detail::trace_of_tracks(
+      m_rig,
+      {m_result.tracks, straight, map, time.time_s, doubled, m_result.first_frame.height_px});
   m_result.mm_per_px = map.mm_per_px;
   m_result.plane_residual_px = map.residual_px;
+  m_result.plane_residual_mm = map.residual_mm;
+  m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
   add_notes(doubled);
 

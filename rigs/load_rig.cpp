@@ -124,7 +124,7 @@ Rig parse_rig(const std::string& content,
   rig.clamps = detail::read_clamps(document, rig);
   rig.masses = read_masses(document);
   rig.markers = detail::read_markers(document, rig);
-  rig.camera = detail::read_camera(document);
+  rig.camera = detail::read_camera(document, file.parent_path());
   rig.observable = detail::read_observable(document, rig);
   rig.release = read_release(document);
   rig.tolerance = read_tolerance(document);
