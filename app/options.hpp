@@ -12,10 +12,11 @@
 
 namespace twang::app {
 
-/// `--capture-fps`, `--marker id=x,y`: shared by `track` and `calibrate`.
+/// `--capture-fps`, `--marker id=x,y`, `--lens`: shared by `track` and `calibrate`.
 struct TrackFlags {
   std::optional<double> capture_fps;
   std::vector<std::string> markers;
+  std::string lens;
   void add_to(CLI::App& command);
   /// @throws InputError for a malformed or repeated `--marker`
   [[nodiscard]] TrackOptions options() const;

@@ -3,6 +3,7 @@
 
 #include "capture/detail/doubled_frames.hpp"
 #include "capture/detail/follow_marker.hpp"
+#include "capture/detail/noise_floor.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/lens.hpp"
@@ -68,6 +69,9 @@ class Tracking {
   TrackResult finish();
   [[nodiscard]] std::vector<bool> find_doubled() const;
   [[nodiscard]] PlaneMap find_plane(const std::vector<MarkerTrack>& straight) const;
+  void find_noise_floors(const std::vector<MarkerTrack>& straight,
+                         const PlaneMap& map,
+                         const std::vector<bool>& doubled);
   void add_notes(const std::vector<bool>& doubled);
 
   const Rig& m_rig;
@@ -185,6 +189,25 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   }
 }
 
+/// In the plane, where the camera's motion is out of the positions, but said in pixels.
+void Tracking::find_noise_floors(const std::vector<MarkerTrack>& straight,
+                                 const PlaneMap& map,
+                                 const std::vector<bool>& doubled) {
+  const double px_per_m = kMillimetresPerMetre / map.mm_per_px;
+  std::vector<bool> fixed;
+  for (std::size_t i = 0; i < straight.size(); ++i) {
+    std::vector<Eigen::Vector2d> steady = straight[i].position_px;
+    for (std::size_t n = 0; n < steady.size(); ++n) {
+      steady[n] = doubled[n] ? Eigen::Vector2d::Constant(kNaN)
+                             : Eigen::Vector2d(px_per_m * map_point(map.at(n), steady[n]));
+    }
+    m_result.tracks[i].noise_floor_px = detail::scatter_while_still(steady, straight[i].sigma_px);
+    fixed.push_back(m_rig.markers[i].fixed);
+  }
+  std::string note = detail::describe_noise_floors(m_result.tracks, fixed, m_result.mm_per_px);
+  if (!note.empty()) m_result.notes.push_back(std::move(note));
+}
+
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
   const TimeBaseSummary& time = m_result.time_base;
@@ -231,6 +254,7 @@ TrackResult Tracking::finish() {
   m_result.plane_residual_mm = map.residual_mm;
   m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
+  find_noise_floors(straight, map, doubled);
   add_notes(doubled);
 
   const TrackDrawing drawing{m_result.tracks, m_size_px, doubled};
