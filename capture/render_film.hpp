@@ -40,7 +40,7 @@ struct FilmOptions {
   double shake_px = 0.0;    ///< standard deviation of a slow hand-held motion [px]
   double flicker = 0.0;     ///< relative amplitude of the light's 100 Hz ripple [-]
   double doubled = 0.0;     ///< part of the frames that are repeats of the one before [-]
-  double defocus_px = 0.6;  ///< standard deviation of the lens's Gaussian blur [px]
+  double defocus_px = 0.8;  ///< standard deviation of the lens's Gaussian blur [px]
   int crf = 14;             ///< H.264 constant rate factor; 0: lossless
   unsigned seed = 1;
   ProgressCallback progress = {};

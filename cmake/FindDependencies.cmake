@@ -4,12 +4,16 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
+find_package(OpenSSL REQUIRED)
+if(TWANG_BUILD_FUZZERS)
+  return()  # that is all that core and rigs need
+endif()
 find_package(CLI11 REQUIRED)
 find_package(Ceres REQUIRED)
-find_package(OpenSSL REQUIRED)
 find_package(OpenMP REQUIRED)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
 pkg_check_modules(ARPACK REQUIRED IMPORTED_TARGET arpack)
+pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)
 pkg_check_modules(FFMPEG REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
 
 # OpenCV's own CMake package asks for every module; only core and imgproc are used, so they are named here.

@@ -9,10 +9,11 @@ packages_build=(
   libeigen3-dev libfmt-dev nlohmann-json3-dev libtomlplusplus-dev libcli11-dev
   libceres-dev libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libfftw3-dev libssl-dev
   libopencv-core-dev libopencv-imgproc-dev
+  libapriltag-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )
-# The test framework, and the independent programs that some tests compare with.
-packages_test=(libgtest-dev harminv calculix-ccx ffmpeg)
+# The test framework, the independent programs that some tests compare with, and the compiler of the fuzz targets.
+packages_test=(libgtest-dev harminv calculix-ccx ffmpeg clang libclang-rt-14-dev)
 
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 
