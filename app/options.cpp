@@ -47,6 +47,8 @@ void TrackFlags::add_to(CLI::App& command) {
                   "where a marker stands in the first frame, id=x,y [px]; may be repeated")
       ->allow_extra_args(false);
   command.add_option(
+      "--lens", lens, "camera calibration of OpenCV or ROS (*.yml); overrules the rig's");
+  command.add_option(
       "--clock",
       clock,
       "a light of known rate in shot, to check the film's clock: x,y,width,height of "
@@ -57,6 +59,7 @@ void TrackFlags::add_to(CLI::App& command) {
 TrackOptions TrackFlags::options() const {
   TrackOptions options;
   options.capture_fps = capture_fps;
+  options.lens = lens;
   for (const std::string& text : markers) {
     const std::size_t equals = text.find('=');
     const std::size_t comma = text.find(',', equals == std::string::npos ? 0 : equals);

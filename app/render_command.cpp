@@ -24,6 +24,8 @@ struct RenderCommand {
   std::string output;
   std::optional<double> dx_mm;
   std::string element = "hex20";
+  double readout_ms = 0.0;
+  std::string lens;
   RenderOptions options;
 };
 
@@ -70,6 +72,8 @@ void run(const RenderCommand& command) {
   if (command.dx_mm) options.dx_m = *command.dx_mm * kMetresPerMillimetre;
   options.element = element_kind_from(command.element);
   options.progress = terminal_progress();
+  options.film.readout_s = command.readout_ms * kSecondsPerMillisecond;
+  if (!command.lens.empty()) options.film.lens = read_lens(command.lens);
   const ElasticMaterial material = material_of(command, rig);
   const std::filesystem::path video(command.output);
   const RenderTruth truth = render_rig(rig, material, video, options);
@@ -123,6 +127,9 @@ void add_render_command(CLI::App& cli) {
   sub->add_option("--flicker", film.flicker, "relative ripple of the light")->capture_default_str();
   sub->add_option("--doubled", film.doubled, "part of the frames that repeat the one before")
       ->capture_default_str();
+  sub->add_option("--readout-ms", command->readout_ms, "rolling shutter, first row to last [ms]")
+      ->capture_default_str();
+  sub->add_option("--lens", command->lens, "camera calibration (*.yml) that bends the picture");
   sub->add_option("--crf", film.crf, "H.264 quality, 0 (lossless) to 51")->capture_default_str();
   sub->add_option("--seed", film.seed, "of the noise")->capture_default_str();
   sub->callback([command] { run(*command); });

@@ -101,8 +101,10 @@ ReportSection trace_section(const Repeat& repeat) {
     fit.x.push_back(t);
     fit.y.push_back(inversion.evaluate(0, t));
   }
+  const Channel* offset_s = repeat.trace.time_offset_of(channel.name);
   for (std::size_t i = 0; i < repeat.trace.num_samples(); ++i) {
-    const double t = repeat.trace.time_s[i];
+    const double t = repeat.trace.time_s[i] + (offset_s == nullptr ? 0.0 : offset_s->values[i]);
+    if (!std::isfinite(t)) continue;
     if (t < inversion.time_origin_s || t > inversion.time_end_s) continue;
     rest.x.push_back(t);
     rest.y.push_back(channel.values[i] - inversion.evaluate(0, t));

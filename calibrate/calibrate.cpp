@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/calibrate.hpp"
 
+#include "calibrate/alias_check.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/repeat_scatter.hpp"
 #include "calibrate/window_stability.hpp"
@@ -172,6 +173,35 @@ void warn_about_overtones(const InversionResult& inversion,
   }
 }
 
+/// Samples a second: by the usual distance of two.
+double rate_of(const Trace& trace) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trace.num_samples(); ++i)
+    steps.push_back(trace.time_s[i] - trace.time_s[i - 1]);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return 1.0 / *middle;
+}
+
+void warn_about_aliases(const Calibration& calibration,
+                        const RigMaterial& material,
+                        std::vector<std::string>& warnings) {
+  const Eigenmodes& mesh = calibration.ladder.reference.back().modes;  // at E = 1 Pa
+  AliasQuestion question;
+  question.modes = calibration.inversion.modes;
+  question.rate_hz = rate_of(calibration.repeats.front().trace);
+  const double stretch =
+      calibration.fundamental.natural_frequency_hz() / mesh.natural_frequency_hz(0);
+  for (int i = 0; i < mesh.count(); ++i)
+    question.mesh_hz.push_back(stretch * mesh.natural_frequency_hz(i));
+  if (material.reported_youngs_modulus_pa) {
+    question.expected_first_hz =
+        mesh.natural_frequency_hz(0) * std::sqrt(*material.reported_youngs_modulus_pa);
+  }
+  const std::vector<std::string> found = alias_warnings(question);
+  warnings.insert(warnings.end(), found.begin(), found.end());
+}
+
 Provenance provenance_of(const Rig& rig,
                          const std::vector<Repeat>& repeats,
                          const CalibrationOptions& options) {
@@ -181,6 +211,11 @@ Provenance provenance_of(const Rig& rig,
   provenance.inputs.push_back({rig.file.filename().string(), rig.sha256});
   for (const Repeat& repeat : repeats) {
     provenance.inputs.push_back({repeat.file.filename().string(), sha256_of_file(repeat.file)});
+  }
+  const fs::path& lens =
+      options.track.lens.empty() && rig.camera ? rig.camera->lens : options.track.lens;
+  if (!lens.empty() && repeats.front().film) {
+    provenance.inputs.push_back({lens.filename().string(), sha256_of_file(lens)});
   }
   auto& used = provenance.options;
   std::string columns;
@@ -273,6 +308,7 @@ Calibration calibrate_repeats(const Rig& rig,
   calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
   warn_about_overtones(
       calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
+  warn_about_aliases(calibration, unknown, calibration.warnings);
 
   const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
   calibration.sensitivities =

@@ -157,9 +157,10 @@ void compare_with_samples(Validation& validation,
                           const InversionResult& inversion,
                           double end_s) {
   double square_sum = 0.0;
+  const Channel* offset_s = trace.time_offset_of(channel.name);
   for (std::size_t i = 0; i < trace.num_samples(); ++i) {
-    const double time = trace.time_s[i];
-    if (time < inversion.time_origin_s || time > end_s || !std::isfinite(channel.values[i]))
+    const double time = trace.time_s[i] + (offset_s == nullptr ? 0.0 : offset_s->values[i]);
+    if (!(time >= inversion.time_origin_s && time <= end_s) || !std::isfinite(channel.values[i]))
       continue;
     const double rest =
         inversion.offsets[0] + inversion.drifts_per_s[0] * (time - inversion.time_origin_s);

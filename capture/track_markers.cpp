@@ -6,6 +6,7 @@
 #include "capture/detail/first_layout.hpp"
 #include "capture/detail/follow_layout.hpp"
 #include "capture/detail/lost_stretches.hpp"
+#include "capture/detail/noise_floor.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
@@ -84,6 +85,9 @@ class Tracking {
   TrackResult finish();
   void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane(const std::vector<MarkerTrack>& straight) const;
+  void find_noise_floors(const std::vector<MarkerTrack>& straight,
+                         const PlaneMap& map,
+                         const std::vector<bool>& doubled);
   void add_notes(const std::vector<bool>& doubled);
   void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
@@ -192,9 +196,11 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
     const MarkerTrack& track = straight[i];
-    const Eigen::Vector2d& first_px = track.position_px[m_result.layout_frame];
-    const double bent = m_lens && first_px.allFinite()
-                            ? std::sqrt(m_lens->distortion_jacobian(first_px).determinant())
+    const auto first_px = std::find_if(track.position_px.begin(),
+                                       track.position_px.end(),
+                                       [](const auto& px) { return px.allFinite(); });
+    const double bent = m_lens && first_px != track.position_px.end()
+                            ? std::sqrt(m_lens->distortion_jacobian(*first_px).determinant())
                             : 1.0;
     markers.push_back({marker.id,
                        marker.fixed,
@@ -209,6 +215,25 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
+}
+
+/// In the plane, where the camera's motion is out of the positions, but said in pixels.
+void Tracking::find_noise_floors(const std::vector<MarkerTrack>& straight,
+                                 const PlaneMap& map,
+                                 const std::vector<bool>& doubled) {
+  const double px_per_m = kMillimetresPerMetre / map.mm_per_px;
+  std::vector<bool> fixed;
+  for (std::size_t i = 0; i < straight.size(); ++i) {
+    std::vector<Eigen::Vector2d> steady = straight[i].position_px;
+    for (std::size_t n = 0; n < steady.size(); ++n) {
+      steady[n] = px_per_m * map_point(map.at(n), steady[n]);
+      if (doubled[n]) steady[n].setConstant(kNaN);
+    }
+    m_result.tracks[i].noise_floor_px = detail::scatter_while_still(steady, straight[i].sigma_px);
+    fixed.push_back(m_rig.markers[i].fixed);
+  }
+  std::string note = detail::describe_noise_floors(m_result.tracks, fixed, m_result.mm_per_px);
+  if (!note.empty()) m_result.notes.push_back(std::move(note));
 }
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
@@ -263,14 +288,20 @@ TrackResult Tracking::finish() {
   const std::vector<MarkerTrack> straight =
       m_lens ? detail::straightened(m_result.tracks, *m_lens) : m_result.tracks;
   const PlaneMap map = find_plane(straight);
-  m_result.trace = detail::trace_of_tracks(
-      m_rig,
-      {m_result.tracks, straight, map, time.time_s, doubled, m_result.first_frame.height_px});
+  m_result.trace = detail::trace_of_tracks(m_rig,
+                                           {m_result.tracks,
+                                            straight,
+                                            map,
+                                            time.time_s,
+                                            doubled,
+                                            {info.width_px, info.height_px},
+                                            {info.turned_right.y(), info.turned_down.y()}});
   m_result.mm_per_px = map.mm_per_px;
   m_result.plane_residual_px = map.residual_px;
   m_result.plane_residual_mm = map.residual_mm;
   m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
+  find_noise_floors(straight, map, doubled);
   add_notes(doubled);
 
   const TrackDrawing drawing{m_result.tracks, m_size_px, doubled};

@@ -46,9 +46,9 @@ struct MarkerTrack {
   std::string lost_because;       ///< the first reason, for a person; empty if never lost
   std::vector<LostStretch> lost;  ///< in the order of time
   double coding_px = 0.0;         ///< part of sigma_px that compression adds, see TrackNoise [px]
-  double noise_floor_px =
-      kNaN;  ///< scatter of a coordinate while the marker is still, the camera's
-             ///< motion and slow drift taken out; nan if it never is [px]
+  double noise_floor_px = kNaN;   ///< scatter of a coordinate while the marker is still, the
+                                  ///< camera's motion and slow drift taken out; nan if it never
+                                  ///< is [px]
 };
 
 /// A film turned into marker positions.

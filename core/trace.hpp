@@ -25,6 +25,9 @@ struct Trace {
   /// The channel of that name, or nullptr.
   [[nodiscard]] const Channel* find(std::string_view name) const;
   [[nodiscard]] Channel* find(std::string_view name);
+  /// How much later than `time_s` a channel was sampled: `tip.time_offset_s` for `tip.x_mm`,
+  /// `observable.time_offset_s` for `observable_mm`; nullptr if it was sampled then. [s]
+  [[nodiscard]] const Channel* time_offset_of(std::string_view name) const;
   /// Number of samples of `channel` that are finite.
   [[nodiscard]] static std::size_t num_finite(const Channel& channel);
 };

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -71,13 +72,24 @@ double median_step(const Trace& trace) {
   return *middle;
 }
 
-/// The finite samples of one channel within a span; times still those of the trace.
-SampleSeries cut(const Trace& trace, const std::string& name, const FreeMotion& span) {
+/// Samples of a channel, and the first and last row of the trace they are from.
+struct CutSeries {
+  SampleSeries series;
+  double first_s = 0.0;
+  double last_s = 0.0;
+};
+
+/// The finite samples of one channel in the rows within a span, each at its own time: that of its
+/// row, and what the channel was sampled later.
+CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& span) {
   const Channel& channel = *trace.find(name);
+  const Channel* offset_s = trace.time_offset_of(name);
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < trace.num_samples(); ++i) {
     const double t = trace.time_s[i];
-    if (t >= span.start_s && t <= span.end_s && std::isfinite(channel.values[i])) rows.push_back(i);
+    const bool timed = offset_s == nullptr || std::isfinite(offset_s->values[i]);
+    if (t >= span.start_s && t <= span.end_s && std::isfinite(channel.values[i]) && timed)
+      rows.push_back(i);
   }
   if (rows.size() < kMinSamples) {
     throw InputError(
@@ -88,15 +100,17 @@ SampleSeries cut(const Trace& trace, const std::string& name, const FreeMotion& 
                     span.end_s,
                     kMinSamples));
   }
-  SampleSeries out;
+  CutSeries result{{}, trace.time_s[rows.front()], trace.time_s[rows.back()]};
+  SampleSeries& out = result.series;
   out.name = name;
   out.time_s.resize(static_cast<Eigen::Index>(rows.size()));
   out.value.resize(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    out.time_s(static_cast<Eigen::Index>(r)) = trace.time_s[rows[r]];
+    out.time_s(static_cast<Eigen::Index>(r)) =
+        trace.time_s[rows[r]] + (offset_s == nullptr ? 0.0 : offset_s->values[rows[r]]);
     out.value(static_cast<Eigen::Index>(r)) = channel.values[rows[r]];
   }
-  return out;
+  return result;
 }
 
 }  // namespace
@@ -113,9 +127,10 @@ InversionWindow choose_window(const std::vector<Trace>& traces,
     double origin = kInfinity;
     double end = -kInfinity;
     for (const std::string& name : channels) {
-      series.push_back(cut(traces[n], name, span));
-      origin = std::min(origin, series.back().time_s(0));
-      end = std::max(end, series.back().time_s(series.back().time_s.size() - 1));
+      CutSeries part = cut(traces[n], name, span);
+      origin = std::min(origin, part.first_s);
+      end = std::max(end, part.last_s);
+      series.push_back(std::move(part.series));
     }
     for (SampleSeries& s : series) {
       s.time_s.array() -= origin;

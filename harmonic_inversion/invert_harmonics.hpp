@@ -71,7 +71,8 @@ struct InversionResult {
 
 /// Finds the damped sinusoids of a trace: filter diagonalization [Mandelshtam & Taylor 1997] for
 /// the poles, then least squares on the real time stamps for all parameters together, with their
-/// covariance.
+/// covariance. Where the trace says by how much a channel was sampled later than its rows (a
+/// rolling shutter, see `Trace::time_offset_of`), those are the stamps, and t0 is the first row's.
 ///
 /// @param channels  names of channels of `trace`; several share their poles, each has its own
 /// amplitudes

@@ -134,14 +134,27 @@ void add_pencils(const EvenSeries& signal,
 std::optional<EvenSeries> on_even_grid(const SampleSeries& series, double step_s) {
   const Index n = series.time_s.size();
   if (n < 2) return std::nullopt;
-  const double origin = series.time_s(0);
-  const auto length = static_cast<Index>(std::lround((series.time_s(n - 1) - origin) / step_s)) + 1;
+  // From sample to sample, so that stamps that swing about an even grid, as a rolling shutter's do,
+  // find their places whatever the first one's is.
+  std::vector<Index> places(static_cast<std::size_t>(n), 0);
+  double origin = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (i > 0) {
+      places[k] =
+          places[k - 1] +
+          static_cast<Index>(std::lround((series.time_s(i) - series.time_s(i - 1)) / step_s));
+      if (places[k] == places[k - 1]) return std::nullopt;
+    }
+    origin += (series.time_s(i) - static_cast<double>(places[k]) * step_s) / static_cast<double>(n);
+  }
+  const Index length = places.back() + 1;
   if (static_cast<double>(length) * 0.6 > static_cast<double>(n)) return std::nullopt;
   EvenSeries out{step_s, VectorXd::Zero(length)};
   Index previous = 0;
   for (Index i = 0; i < n; ++i) {
+    const Index index = places[static_cast<std::size_t>(i)];
     const double place = (series.time_s(i) - origin) / step_s;
-    const auto index = std::min(static_cast<Index>(std::lround(place)), length - 1);
     if (std::abs(place - static_cast<double>(index)) > 1.0 / 3.0) return std::nullopt;
     out.value(index) = series.value(i);
     for (Index j = previous + 1; j < index; ++j) {

@@ -48,6 +48,12 @@ Eigen::Vector2d median_of(const Points& points) {
   return {median_of(std::move(x)), median_of(std::move(y))};
 }
 
+Eigen::Vector2d mean_of(const Points& points) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const auto& point : points) sum += point;
+  return sum / static_cast<double>(points.size());
+}
+
 /// The markers seen in a frame.
 struct Seen {
   std::vector<std::size_t> which;
@@ -273,13 +279,7 @@ class MotionFit {
         if (first && steady.size() == kFirstFrames) break;
       }
       if (steady.empty()) continue;
-      if (first) {
-        m_mean[i] = median_of(steady);
-        continue;
-      }
-      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-      for (const auto& point : steady) sum += point;
-      m_mean[i] = sum / static_cast<double>(steady.size());
+      m_mean[i] = first ? median_of(steady) : mean_of(steady);
     }
   }
 
@@ -358,22 +358,15 @@ double scatter_of(const std::vector<FixedMarker>& markers) {
   double square = 0.0;
   double count = 0.0;
   for (const FixedMarker& marker : markers) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double squares = 0.0;
-    double seen = 0.0;
-    const Eigen::Vector2d* origin = nullptr;
+    Points seen;
     for (const auto& px : *marker.position_px) {
-      if (!px.allFinite()) continue;
-      if (origin == nullptr) origin = &px;
-      sum += px - *origin;
-      squares += (px - *origin).squaredNorm();
-      seen += 1.0;
+      if (px.allFinite()) seen.push_back(px);
     }
-    if (seen == 0.0) continue;
-    square += std::max(0.0, squares - sum.squaredNorm() / seen);
-    count += 2.0 * seen;
+    const Eigen::Vector2d mean = mean_of(seen);
+    for (const auto& px : seen) square += (px - mean).squaredNorm();
+    count += 2.0 * static_cast<double>(seen.size());
   }
-  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+  return std::sqrt(square / count);
 }
 
 }  // namespace

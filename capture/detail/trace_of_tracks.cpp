@@ -59,7 +59,15 @@ class TraceBuilder {
 
   /// How much later than the frame's first row a place is read [s].
   [[nodiscard]] double row_offset_s(const Eigen::Vector2d& px) const {
-    return m_camera.readout_s * px.y() / std::max(1, m_film.height_px - 1);
+    const Eigen::Vector2d last = (m_film.size_px.array() - 1).cast<double>();
+    double row = 0.0;
+    double last_row = 0.0;
+    for (int axis = 0; axis < 2; ++axis) {
+      const int step = m_film.row_step[axis];
+      row += step < 0 ? last[axis] - px[axis] : step * px[axis];
+      last_row += std::abs(step) * last[axis];
+    }
+    return m_camera.readout_s * row / std::max(1.0, last_row);
   }
 
   void add_marker(std::size_t i) {

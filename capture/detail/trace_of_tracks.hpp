@@ -23,7 +23,9 @@ struct TrackedFilm {
   const PlaneMap& map;                       ///< from the straight picture
   const std::vector<double>& time_s;
   const std::vector<bool>& doubled;
-  int height_px = 0;  ///< of the picture as seen [px]
+  Eigen::Vector2i size_px = {1, 1};   ///< of the picture as seen [px]
+  Eigen::Vector2i row_step = {0, 1};  ///< by how many of the sensor's rows a step right, and one
+                                      ///< down, leads on: a film may be shown turned
 };
 
 /// The trace that a trace file holds, from tracks in pixels: positions of each marker in the rig
