@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/calibrate.hpp"
 
+#include "calibrate/lack_of_fit.hpp"
 #include "calibrate/repeat_scatter.hpp"
 #include "calibrate/window_stability.hpp"
 #include "coarsen/prestress.hpp"
@@ -104,19 +105,24 @@ InversionResult invert_jointly(const std::vector<Repeat>& repeats,
   return result;
 }
 
-/// The joint inversion's strongest sinusoid with what its windows add: the mean of the repeats'
-/// spreads.
-DampedSinusoid widened_fundamental(const Calibration& calibration,
+/// The joint inversion's strongest sinusoid with what its windows and its residual add: the mean of
+/// the repeats' spreads.
+DampedSinusoid widened_fundamental(const Rig& rig,
+                                   const Calibration& calibration,
                                    const CalibrationOptions& options) {
   WindowStability mean;
+  WindowStability misfit;
   const auto count = static_cast<double>(calibration.repeats.size());
   for (const Repeat& repeat : calibration.repeats) {
     const WindowStability stability =
         window_stability(repeat.trace, repeat.columns, repeat.inversion, options.inversion);
     mean.frequency_spread_hz += stability.frequency_spread_hz / count;
     mean.decay_spread_per_s += stability.decay_spread_per_s / count;
+    const LackOfFit lack = lack_of_fit(rig, repeat.trace, repeat.inversion);
+    misfit.frequency_spread_hz += lack.frequency_spread_hz / count;
+    misfit.decay_spread_per_s += lack.decay_spread_per_s / count;
   }
-  return widened(calibration.inversion.modes.front(), mean);
+  return widened(widened(calibration.inversion.modes.front(), mean), misfit);
 }
 
 double between_repeats(const std::vector<Repeat>& repeats) {
@@ -257,7 +263,7 @@ Calibration calibrate_repeats(const Rig& rig,
   }
   calibration.repeats = std::move(repeats);
   calibration.inversion = invert_jointly(calibration.repeats, options);
-  calibration.fundamental = widened_fundamental(calibration, options);
+  calibration.fundamental = widened_fundamental(rig, calibration, options);
   calibration.target = damped_target(calibration.fundamental);
 
   LadderOptions ladder = options.ladder;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/align_marker.hpp"
 
+#include "capture/detail/alignment_kernels.hpp"
 #include "core/constants.hpp"
 
 #include <Eigen/Cholesky>
@@ -15,9 +16,20 @@
 namespace twang {
 namespace {
 
-constexpr int kMostParameters = 11;  // position 2, shape 4, motion 1, brightness 4
+using detail::alignment_kernels;
+using detail::AlignmentColumns;
+using detail::AlignmentKernels;
+using detail::AlignmentWindow;
+using detail::kAlignmentBlock;
+using detail::kMostColumns;
+using detail::MarkerLight;
+using detail::ModelSamples;
+
+constexpr int kMostParameters = detail::kMostColumns;
 constexpr int kMostIterations = 25;
-constexpr double kConverged_px = 1e-3;   // last step; the error left is its square
+constexpr double kConverged_px = 1e-3;  // last step
+// Where the size is known and convergence quadratic.
+constexpr double kAlmostThere_px = 0.03;
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
 // The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and
@@ -30,6 +42,10 @@ constexpr double kTaper_px = 1.0;
 // Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
 // about the marker and so without effect on its place.
 constexpr double kMostCorrelation = 0.5;
+// Slope below which a pixel lies on plain ink or paper [contrasts/px].
+constexpr double kFlat = 0.02;
+constexpr double kFewestFlat = 40.0;
+constexpr float kCounts = 0.7F;  // root of the weight of a pixel that is judged
 // Between paper and ink; with less there is nothing to be seen [grey levels].
 constexpr double kLeastContrast = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
@@ -38,7 +54,6 @@ constexpr double kLeastCover = 0.9;
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
 using NormalMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
-using Row = std::array<double, kMostParameters>;
 
 /// A rotation, anticlockwise as seen where y points down.
 Eigen::Matrix2d turned(double angle_rad) {
@@ -70,8 +85,49 @@ struct Layout {
 };
 
 /// The rectangle of pixels that a marker's window can touch, cut to the picture.
-struct Window {
-  int x0, x1, y0, y1;  // half open
+/// Noise of the pixels where neither ink nor paper ends: at the edges, what a template lacks of the
+/// lens adds to it without moving the marker.
+struct FlatNoise {
+  double square = 0.0, count = 0.0;
+  double beside = 0.0, num_beside = 0.0;
+  double below = 0.0, num_below = 0.0;
+
+  void add(double residual, double left, double above) {
+    square += residual * residual, count += 1.0;
+    if (!std::isnan(left)) beside += residual * left, num_beside += 1.0;
+    if (!std::isnan(above)) below += residual * above, num_below += 1.0;
+  }
+  /// Mean square, times the factor by which neighbours' correlation widens a mean's variance.
+  [[nodiscard]] double variance() const {
+    const auto widening = [&](double sum, double pairs) {
+      const double rho = pairs > 0.0 && square > 0.0 ? sum / pairs / (square / count) : 0.0;
+      // A correlation that its own uncertainty explains counts as none.
+      const double bounded = std::clamp(rho - 1.0 / std::sqrt(pairs + 1.0), 0.0, kMostCorrelation);
+      return (1.0 + bounded) / (1.0 - bounded);
+    };
+    return square / count * widening(beside, num_beside) * widening(below, num_below);
+  }
+};
+
+/// The arrays that a window's pixels need.
+class Workspace {
+ public:
+  [[nodiscard]] const ModelSamples& samples() const { return m_samples; }
+  [[nodiscard]] float* residual() { return at(10); }
+  [[nodiscard]] float* square_slope() { return at(11); }
+  void reserve(int pixels) {
+    const int room = (pixels + kAlignmentBlock - 1) / kAlignmentBlock * kAlignmentBlock;
+    if (room > m_samples.room) m_floats.resize(12 * static_cast<std::size_t>(room));
+    m_samples.room = room;
+    m_samples = {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), room};
+  }
+
+ private:
+  float* at(int array) {
+    return m_floats.data() + static_cast<std::ptrdiff_t>(array) * m_samples.room;
+  }
+  std::vector<float> m_floats;
+  ModelSamples m_samples;
 };
 
 class Alignment {
@@ -82,151 +138,133 @@ class Alignment {
             const AlignOptions& options)
       : m_frame(frame), m_marker(marker), m_options(options), m_layout(marker, options) {
     m_result.placement = start;
-    m_window = start.px_from_pattern;
-    m_window_from_px = m_window.inverse();
-    m_rim = std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim);
+    m_window_shape = start.px_from_pattern;
+    m_rim = marker.has_rim() ? std::clamp(kRim_px / marker.size_px(), kLeastRim, kWidestRim) : 0.0;
     m_taper = kTaper_px / marker.size_px();
   }
 
   MarkerAlignment run();
 
  private:
-  MarkerTemplate::Sample smeared(double u, double v, double& by_motion) const;
-  double weight(const Eigen::Vector2d& offset) const;
-  Window window() const;
-  void fill_row(const Eigen::Vector2d& offset, double u, double v, Row& row, double& value) const;
-  bool accumulate();
-  bool step(double& moved_px);
+  void place_window();
+  bool sample_model();
+  void accumulate();
+  void find_light();
+  [[nodiscard]] bool solve(Parameters& delta, double& moved_px, bool& whole) const;
   void apply(const Parameters& delta);
-  void judge();
+  void judge(const Parameters& step);
+  [[nodiscard]] MarkerLight light() const;
+  [[nodiscard]] AlignmentColumns columns() const;
 
   const LumaFrame& m_frame;
   const MarkerTemplate& m_marker;
   const AlignOptions& m_options;
+  const AlignmentKernels& m_kernels = alignment_kernels();
   Layout m_layout;
   MarkerAlignment m_result;
   double m_rim = 0.0;
   double m_taper = 0.0;
-  Eigen::Matrix2d m_window;  // px from the window's units, as the marker was at the start
-  Eigen::Matrix2d m_window_from_px;
-  Eigen::Matrix2d m_pattern_from_px;
-  Eigen::Vector2d m_path;  // motion in the pattern's units
-  int m_path_samples = 1;
+  Eigen::Matrix2d m_window_shape;  // px from the window's units, as the marker was at the start
+  AlignmentWindow m_window;
+  Workspace m_workspace;
   Eigen::Vector4d m_light = Eigen::Vector4d::Zero();  // ink, contrast, slopes
   NormalMatrix m_normal;
   Parameters m_gradient;
   double m_turn = 0.0;
-  double m_cover = 0.0;
-  double m_total_weight = 0.0;
 };
 
-/// Template averaged along the path of motion, and its derivative by the squared length of that
-/// path [1/px²].
-MarkerTemplate::Sample Alignment::smeared(double u, double v, double& by_motion) const {
-  by_motion = 0.0;
-  if (m_path_samples == 1 && m_layout.motion < 0) return m_marker.at(u, v);
-  MarkerTemplate::Sample sum{0.0, 0.0, 0.0};
-  for (int k = 0; k < m_path_samples; ++k) {
-    const double s = (k + 0.5) / m_path_samples - 0.5;
-    const auto sample = m_marker.at(u + s * m_path.x(), v + s * m_path.y());
-    sum.value += sample.value / m_path_samples;
-    sum.du += sample.du / m_path_samples;
-    sum.dv += sample.dv / m_path_samples;
-  }
-  if (m_layout.motion >= 0) {
-    // d/dL of the mean over a path of length L is (mean of its ends − mean) / L.
-    const double ends = 0.5 * (m_marker.at(u + 0.5 * m_path.x(), v + 0.5 * m_path.y()).value +
-                               m_marker.at(u - 0.5 * m_path.x(), v - 0.5 * m_path.y()).value);
-    by_motion = (ends - sum.value) / (2.0 * m_result.placement.motion_px.squaredNorm());
-  }
-  return sum;
+void row_major(const Eigen::Matrix2d& matrix, float (&values)[4]) {
+  for (int i = 0; i < 4; ++i) values[i] = static_cast<float>(matrix(i / 2, i % 2));
 }
 
-/// 1 over the marker and its rim, falling to 0 over the last pixel of it. The window keeps the
+/// The window's rectangle about the present position, within the picture. The window keeps the
 /// shape the marker had at the start: residuals of different shapes are then comparable.
-double Alignment::weight(const Eigen::Vector2d& offset) const {
-  const Eigen::Vector2d uv = m_window_from_px * offset;
-  const double distance = m_marker.is_round() ? uv.norm() : uv.cwiseAbs().maxCoeff();
-  return std::clamp((0.5 + m_rim - distance) / m_taper, 0.0, 1.0);
-}
-
-Window Alignment::window() const {
-  const Eigen::Vector2d reach = (0.5 + m_rim) * m_window.cwiseAbs().rowwise().sum();
-  const Eigen::Vector2d& at = m_result.placement.position_px;
-  return {std::max(0, static_cast<int>(std::ceil(at.x() - reach.x()))),
-          std::min(m_frame.width_px, static_cast<int>(std::floor(at.x() + reach.x())) + 1),
-          std::max(0, static_cast<int>(std::ceil(at.y() - reach.y()))),
-          std::min(m_frame.height_px, static_cast<int>(std::floor(at.y() + reach.y())) + 1)};
-}
-
-/// The model's value at one pixel and its derivatives by all parameters.
-void Alignment::fill_row(
-    const Eigen::Vector2d& offset, double u, double v, Row& row, double& value) const {
-  double by_motion = 0.0;
-  const MarkerTemplate::Sample t = smeared(u, v, by_motion);
-  const double gain = m_light[1] + m_light[2] * u + m_light[3] * v;
-  value = m_light[0] + gain * t.value;
-  const Eigen::RowVector2d by_pattern(gain * t.du + m_light[2] * t.value,
-                                      gain * t.dv + m_light[3] * t.value);
-  const Eigen::RowVector2d by_px = by_pattern * m_pattern_from_px;
-  row[0] = -by_px.x();
-  row[1] = -by_px.y();
-  const auto at = [&](int i) -> double& { return row[static_cast<std::size_t>(i)]; };
-  if (m_layout.num_shape == 1) {
-    at(m_layout.shape) = -(by_px.x() * offset.y() - by_px.y() * offset.x());
-  } else if (m_layout.num_shape >= 3) {
-    at(m_layout.shape) = -by_px.x() * offset.x();
-    at(m_layout.shape + 1) = -by_px.y() * offset.y();
-    at(m_layout.shape + 2) = -by_px.x() * offset.y();
-    if (m_layout.num_shape == 4) {
-      at(m_layout.shape + 3) = -by_px.y() * offset.x();
-    } else {
-      at(m_layout.shape + 2) -= by_px.y() * offset.x();
-    }
-  }
-  if (m_layout.motion >= 0) at(m_layout.motion) = gain * by_motion;
-  at(m_layout.light) = 1.0;
-  at(m_layout.light + 1) = t.value;
-  at(m_layout.light + 2) = u * t.value;
-  at(m_layout.light + 3) = v * t.value;
-}
-
-/// Normal matrix and gradient at the present parameters; false if too little of the marker is in
-/// the picture.
-bool Alignment::accumulate() {
+void Alignment::place_window() {
   const MarkerPlacement& placement = m_result.placement;
-  m_pattern_from_px = placement.px_from_pattern.inverse();
-  m_path = m_pattern_from_px * placement.motion_px;
-  m_path_samples = 1 + static_cast<int>(std::ceil(placement.motion_px.norm()));
-  const int n = m_layout.size;
-  m_normal.setZero(n, n);
-  m_gradient.setZero(n);
-  m_total_weight = 0.0;
-  const Window area = window();
-  Row row{};
-  for (int y = area.y0; y < area.y1; ++y) {
-    const std::uint8_t* pixels = m_frame.pixels + y * m_frame.stride;
-    for (int x = area.x0; x < area.x1; ++x) {
-      const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - placement.position_px;
-      const double w = weight(offset);
-      if (w <= 0.0) continue;
-      const Eigen::Vector2d uv = m_pattern_from_px * offset;
-      double value = 0.0;
-      fill_row(offset, uv.x(), uv.y(), row, value);
-      const double difference = w * (pixels[x] - value);
-      for (int i = 0; i < n; ++i) {
-        const double wi = w * row[static_cast<std::size_t>(i)];
-        m_gradient[i] += difference * row[static_cast<std::size_t>(i)];
-        for (int j = 0; j <= i; ++j) m_normal(i, j) += wi * row[static_cast<std::size_t>(j)];
-      }
-      m_total_weight += w;
-    }
+  const Eigen::Vector2d& at = placement.position_px;
+  const Eigen::Vector2d reach = (0.5 + m_rim) * m_window_shape.cwiseAbs().rowwise().sum();
+  const int x0 = std::max(0, static_cast<int>(std::ceil(at.x() - reach.x())));
+  const int x1 = std::min(m_frame.width_px, static_cast<int>(std::floor(at.x() + reach.x())) + 1);
+  const int y0 = std::max(0, static_cast<int>(std::ceil(at.y() - reach.y())));
+  const int y1 = std::min(m_frame.height_px, static_cast<int>(std::floor(at.y() + reach.y())) + 1);
+  m_window.width = std::max(0, x1 - x0);
+  m_window.height = std::max(0, y1 - y0);
+  m_window.stride = m_frame.stride;
+  m_window.pixels = m_frame.pixels + y0 * m_frame.stride + x0;
+  m_window.first_x = static_cast<float>(x0 - at.x());
+  m_window.first_y = static_cast<float>(y0 - at.y());
+  row_major(placement.px_from_pattern.inverse(), m_window.pattern_from_px);
+  row_major(m_window_shape.inverse(), m_window.window_from_px);
+  m_window.round = m_marker.is_round();
+  m_window.reach = static_cast<float>(0.5 + m_rim);
+  m_window.per_taper = static_cast<float>(1.0 / m_taper);
+}
+
+/// The template at the present placement, averaged along the path of motion; false if too little of
+/// the marker is in the picture.
+bool Alignment::sample_model() {
+  place_window();
+  if (m_window.width == 0 || m_window.height == 0) return false;
+  const MarkerPlacement& placement = m_result.placement;
+  const Eigen::Vector2d path = placement.px_from_pattern.inverse() * placement.motion_px;
+  m_workspace.reserve(m_window.width * m_window.height);
+  m_kernels.sample(m_window,
+                   m_marker.cells(),
+                   {static_cast<float>(path.x()),
+                    static_cast<float>(path.y()),
+                    1 + static_cast<int>(std::ceil(placement.motion_px.norm())),
+                    m_layout.motion >= 0},
+                   m_workspace.samples());
+  double total_weight = 0.0;
+  for (int i = 0; i < m_workspace.samples().room; ++i) {
+    const double root = static_cast<double>(m_workspace.samples().weight[i]);
+    total_weight += root * root;
   }
   const double side = 1.0 + 2.0 * m_rim - m_taper;
-  const double expected =
-      (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side * std::abs(m_window.determinant());
-  m_cover = m_total_weight / expected;
-  return m_cover >= kLeastCover && m_total_weight > 2.0 * n;
+  const double expected = (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side *
+                          std::abs(m_window_shape.determinant());
+  return total_weight >= kLeastCover * expected && total_weight > 2.0 * m_layout.size;
+}
+
+MarkerLight Alignment::light() const {
+  const Eigen::Vector4f value = m_light.cast<float>();
+  return {value[0], value[1], value[2], value[3]};
+}
+
+/// The derivative by the squared length L² of the path: d/dL of the mean over it is
+/// (mean of its ends − mean) / L.
+AlignmentColumns Alignment::columns() const {
+  const bool motion = m_layout.motion >= 0;
+  return {m_layout.num_shape,
+          motion,
+          motion ? static_cast<float>(0.5 / m_result.placement.motion_px.squaredNorm()) : 0.0F};
+}
+
+/// Normal matrix and gradient at the present parameters.
+void Alignment::accumulate() {
+  const int n = m_layout.size;
+  std::array<double, (kMostColumns + 1) * (kMostColumns + 1)> gram{};
+  m_kernels.accumulate(m_window, m_workspace.samples(), light(), columns(), gram.data());
+  m_normal.resize(n, n);
+  m_gradient.resize(n);
+  for (int r = 0; r <= n; ++r) {
+    for (int c = 0; c <= r && c < n; ++c) {
+      const double sum = gram[static_cast<std::size_t>(r * (n + 1) + c)];
+      if (r == n) {
+        m_gradient[c] = sum;
+      } else {
+        m_normal(r, c) = m_normal(c, r) = sum;
+      }
+    }
+  }
+}
+
+/// Brightness alone: without any, the picture says nothing of the position.
+void Alignment::find_light() {
+  m_light.setZero();
+  accumulate();
+  const Eigen::Matrix4d block = m_normal.bottomRightCorner<4, 4>();
+  m_light = block.ldlt().solve(Eigen::Vector4d(m_gradient.tail<4>()));
 }
 
 void Alignment::apply(const Parameters& delta) {
@@ -251,78 +289,70 @@ void Alignment::apply(const Parameters& delta) {
   m_light += delta.segment<4>(m_layout.light);
 }
 
-/// One Gauss-Newton step.
-bool Alignment::step(double& moved_px) {
-  if (!accumulate()) return false;
-  const NormalMatrix full = m_normal.selfadjointView<Eigen::Lower>();
-  const Eigen::LDLT<NormalMatrix> solver(full);
+/// One Gauss-Newton step, shortened where it would leave the neighbourhood in which it holds.
+bool Alignment::solve(Parameters& delta, double& moved_px, bool& whole) const {
+  const Eigen::LDLT<NormalMatrix> solver(m_normal);
   if (solver.info() != Eigen::Success || !solver.isPositive()) return false;
-  Parameters delta = solver.solve(m_gradient);
+  delta = solver.solve(m_gradient);
   if (!delta.allFinite()) return false;
   const double moved = delta.head<2>().norm();
   double shrink = std::min(1.0, kLargestStep * m_marker.size_px() / std::max(moved, 1e-12));
+  moved_px = moved;
   if (m_layout.num_shape > 0) {
     const double stretch = delta.segment(m_layout.shape, m_layout.num_shape).norm();
     shrink = std::min(shrink, kLargestStretch / std::max(stretch, 1e-12));
     moved_px = std::max(moved, 0.5 * stretch * m_marker.size_px());
-  } else {
-    moved_px = moved;
   }
+  whole = shrink == 1.0;
   // Brightness is linear: it takes its whole step.
   delta.head(m_layout.light) *= shrink;
-  apply(delta);
   return true;
 }
 
-/// Score, residual and sigma at the last parameters.
-void Alignment::judge() {
-  const Window area = window();
-  const MarkerPlacement& placement = m_result.placement;
-  const std::size_t width = static_cast<std::size_t>(std::max(0, area.x1 - area.x0));
-  std::vector<double> above(width, kNaN);
+/// Score, residual and sigma after the last step, by the linear model of it.
+void Alignment::judge(const Parameters& step) {
+  const ModelSamples& samples = m_workspace.samples();
+  const float* residual = m_workspace.residual();
+  const float* square_slope = m_workspace.square_slope();
+  m_kernels.residuals(m_window,
+                      samples,
+                      light(),
+                      columns(),
+                      step.data(),
+                      m_workspace.residual(),
+                      m_workspace.square_slope());
+  const double steep = kFlat * kFlat * m_light[1] * m_light[1];
   double sum_w = 0.0, sum_i = 0.0, sum_m = 0.0, sum_ii = 0.0, sum_mm = 0.0, sum_im = 0.0;
-  double square = 0.0, beside = 0.0, below = 0.0;
-  double num_beside = 0.0, num_below = 0.0;
-  Row row{};
-  for (int y = area.y0; y < area.y1; ++y) {
-    double left = kNaN;
-    for (int x = area.x0; x < area.x1; ++x) {
-      const Eigen::Vector2d offset = Eigen::Vector2d(x, y) - placement.position_px;
-      const Eigen::Vector2d uv = m_pattern_from_px * offset;
-      const double w = weight(offset);
-      double& over = above[static_cast<std::size_t>(x - area.x0)];
-      if (w < 0.5) {
-        left = over = kNaN;
-        continue;
-      }
-      double model = 0.0;
-      fill_row(offset, uv.x(), uv.y(), row, model);
-      const double pixel = m_frame.pixels[y * m_frame.stride + x];
-      const double r = pixel - model;
-      sum_w += 1.0;
-      sum_i += pixel;
-      sum_m += model;
-      sum_ii += pixel * pixel;
-      sum_mm += model * model;
-      sum_im += pixel * model;
-      square += r * r;
-      if (!std::isnan(left)) beside += r * left, num_beside += 1.0;
-      if (!std::isnan(over)) below += r * over, num_below += 1.0;
-      left = over = r;
-    }
-  }
-  const double variance = square / std::max(1.0, sum_w - m_layout.size);
-  const auto widening = [&](double sum, double count) {
-    const double rho = count > 0.0 && square > 0.0 ? sum / count / (square / sum_w) : 0.0;
-    const double bounded = std::clamp(rho, 0.0, kMostCorrelation);
-    return (1.0 + bounded) / (1.0 - bounded);
+  double square = 0.0;
+  FlatNoise noise;
+  const auto flat_residual = [&](int i, bool there) {
+    return there && samples.weight[i] >= kCounts && square_slope[i] < steep
+               ? static_cast<double>(residual[i])
+               : kNaN;
   };
-  const double correlated = widening(beside, num_beside) * widening(below, num_below);
-  const NormalMatrix full = m_normal.selfadjointView<Eigen::Lower>();
+  for (int i = 0; i < m_window.width * m_window.height; ++i) {
+    if (samples.weight[i] < kCounts) continue;
+    const double pixel = samples.grey[i];
+    const double r = residual[i];
+    const double model = pixel - r;
+    sum_w += 1.0;
+    sum_i += pixel;
+    sum_m += model;
+    sum_ii += pixel * pixel;
+    sum_mm += model * model;
+    sum_im += pixel * model;
+    square += r * r;
+    if (square_slope[i] >= steep) continue;
+    noise.add(r,
+              flat_residual(i - 1, i % m_window.width > 0),
+              flat_residual(i - m_window.width, i >= m_window.width));
+  }
+  const double variance =
+      noise.count > kFewestFlat ? noise.variance() : square / std::max(1.0, sum_w - m_layout.size);
   const NormalMatrix inverse =
-      full.ldlt().solve(NormalMatrix::Identity(m_layout.size, m_layout.size));
-  m_result.sigma_px = std::sqrt(0.5 * (inverse(0, 0) + inverse(1, 1)) * variance * correlated +
-                                kSigmaFloor_px * kSigmaFloor_px);
+      m_normal.ldlt().solve(NormalMatrix::Identity(m_layout.size, m_layout.size));
+  m_result.sigma_px =
+      std::sqrt(0.5 * (inverse(0, 0) + inverse(1, 1)) * variance + kSigmaFloor_px * kSigmaFloor_px);
   m_result.residual = std::sqrt(square / std::max(1.0, sum_w));
   const double spread_i = sum_ii - sum_i * sum_i / sum_w;
   const double spread_m = sum_mm - sum_m * sum_m / sum_w;
@@ -335,26 +365,29 @@ void Alignment::judge() {
 
 MarkerAlignment Alignment::run() {
   const MarkerPlacement start = m_result.placement;
-  double moved_px = kInfinity;
-  // The first pass finds the brightness alone: with none, the picture says nothing of the position.
-  {
-    const Layout full = m_layout;
-    if (!accumulate()) return m_result;
-    const Eigen::Matrix4d block =
-        NormalMatrix(m_normal.selfadjointView<Eigen::Lower>()).block<4, 4>(full.light, full.light);
-    m_light += block.ldlt().solve(Eigen::Vector4d(m_gradient.segment<4>(full.light)));
-  }
-  for (int i = 0; i < kMostIterations && moved_px > kConverged_px; ++i) {
-    if (!step(moved_px)) return m_result;
+  if (!sample_model()) return m_result;
+  find_light();
+  const double enough_px = m_layout.num_shape > 1 ? kConverged_px : kAlmostThere_px;
+  for (int i = 0; i < kMostIterations; ++i) {
+    accumulate();
+    Parameters delta;
+    double moved_px = kInfinity;
+    bool whole = false;
+    if (!solve(delta, moved_px, whole)) return m_result;
+    if (whole && moved_px <= enough_px) {
+      judge(delta);
+      apply(delta);
+      m_result.converged =
+          std::isfinite(m_result.sigma_px) && std::abs(m_result.contrast) >= kLeastContrast;
+      return m_result;
+    }
+    apply(delta);
     const MarkerPlacement& now = m_result.placement;
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
     const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
     if (!(growth > 0.25 && growth < 4.0)) return m_result;
+    if (!sample_model()) return m_result;
   }
-  if (!accumulate()) return m_result;
-  judge();
-  m_result.converged = moved_px <= 10.0 * kConverged_px && std::isfinite(m_result.sigma_px) &&
-                       std::abs(m_result.contrast) >= kLeastContrast;
   return m_result;
 }
 

@@ -65,7 +65,7 @@ struct MarkerAlignment {
                                            const AlignOptions& options = {});
 
 /// A sampled and compressed picture is never trusted below this, whatever its residual [px].
-inline constexpr double kSigmaFloor_px = 0.002;
+inline constexpr double kSigmaFloor_px = 0.0012;
 
 /// A grey image as the frame it is; valid as long as the image.
 [[nodiscard]] LumaFrame luma_view(const Image& grey);

@@ -3,11 +3,14 @@
 
 #include "capture/detail/marker_candidates.hpp"
 #include "capture/detail/match_constellation.hpp"
+#include "capture/detail/place_patches.hpp"
+#include "capture/detail/search_marker.hpp"
 #include "capture/marker_pattern.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,6 +37,12 @@ constexpr double kStartNeighbourhood = 0.12;
 constexpr double kStartSlack = 1.0;     // marker sizes
 constexpr double kStartSlack_px = 8.0;  // at least
 constexpr double kLeastFinalScore = 0.7;
+constexpr double kLeastCorrelation = 0.45;  // of a place worth a closer look
+constexpr double kSmallestSought_px = 4.0;
+// Against the median of all markers found: motion blur and shading change them by less.
+constexpr double kMostScoreDrop = 0.12;
+constexpr double kMostSizeMisfit = 0.2;
+constexpr double kMostContrastRatio = 2.5;
 
 std::string at_text(const Eigen::Vector2d& px) {
   return fmt::format("({:.0f}, {:.0f})", px.x(), px.y());
@@ -43,13 +52,9 @@ void check_kinds(const Rig& rig) {
   for (const Marker& marker : rig.markers) {
     try {
       static_cast<void>(MarkerPattern(marker));
-    } catch (const InputError&) {
-      throw InputError(
-          fmt::format("{}: marker '{}' is of kind '{}', which cannot be tracked, must be cross, "
-                      "dot, ring or checker",
-                      rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(),
-                      marker.id,
-                      to_string(marker.kind)));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format(
+          "{}: {}", rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(), error.what()));
     }
   }
 }
@@ -86,29 +91,35 @@ class LayoutSearch {
   LayoutSearch(const LumaFrame& frame,
                const Rig& rig,
                const std::map<std::string, Eigen::Vector2d>& start_px,
-               const std::string& film)
-      : m_frame(frame), m_rig(rig), m_starts(start_px), m_film(film) {}
+               const std::string& film,
+               const std::string& picture)
+      : m_frame(frame), m_rig(rig), m_starts(start_px), m_film(film), m_picture(picture) {}
 
-  Layout run();
+  PartialLayout run();
 
  private:
   [[nodiscard]] std::vector<MarkerPattern> patterns() const;
   void describe_markers();
   void gather_candidates();
+  bool place_starts();
   int candidate_near(const MarkerPattern& pattern, const Eigen::Vector2d& start);
-  Constellation match();
-  void look_closer(Constellation& found);
-  [[noreturn]] void refuse_missing(std::size_t marker) const;
-  void refuse_ambiguous(const std::vector<Constellation>& choices) const;
-  Layout fit(const Constellation& found);
+  void report_missing(std::size_t marker);
+  void report_ambiguous(const std::vector<Constellation>& choices);
+  void fit(const Constellation& found);
+  void look_closer();
+  void drop_strangers();
+  [[nodiscard]] bool enough() const;
+  [[nodiscard]] double due_size_px(std::size_t marker) const;
 
   const LumaFrame& m_frame;
   const Rig& m_rig;
   const std::map<std::string, Eigen::Vector2d>& m_starts;
   const std::string& m_film;
+  const std::string& m_picture;
   detail::TemplateStore m_templates;
   std::vector<LayoutMarker> m_markers;
   std::vector<MarkerCandidate> m_candidates;
+  PartialLayout m_layout;
 };
 
 std::vector<MarkerPattern> LayoutSearch::patterns() const {
@@ -157,12 +168,15 @@ int LayoutSearch::candidate_near(const MarkerPattern& pattern, const Eigen::Vect
   return nearest;
 }
 
-/// In the whole picture, or around the stated starts if all are stated.
+/// In the whole picture, unless all places are stated.
 void LayoutSearch::gather_candidates() {
-  if (m_starts.size() < m_rig.markers.size()) {
-    m_candidates = detail::find_candidates(
-        m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
-  }
+  if (m_starts.size() == m_rig.markers.size()) return;
+  m_candidates = detail::find_candidates(
+      m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
+}
+
+/// Finds the candidates that are meant by the stated places; false if there is none.
+bool LayoutSearch::place_starts() {
   const int reach =
       static_cast<int>(kStartNeighbourhood * std::max(m_frame.width_px, m_frame.height_px));
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
@@ -184,126 +198,200 @@ void LayoutSearch::gather_candidates() {
       given = candidate_near(m_markers[i].pattern, start->second);
     }
     if (given < 0) {
-      throw InputError(
-          fmt::format("{}: marker '{}' was not found near {} in the first frame, must "
-                      "be a {} there",
+      m_layout.problem =
+          fmt::format("{}: marker '{}' was not found near {} in {}, must be a {} there",
                       m_film,
                       marker.id,
                       at_text(start->second),
-                      to_string(marker.kind)));
+                      m_picture,
+                      to_string(marker.kind));
+      return false;
     }
     for (std::size_t k = 0; k < i; ++k) {
       if (m_markers[k].given != given) continue;
-      throw InputError(
-          fmt::format("{}: markers '{}' and '{}' were both placed at {}, must be two "
-                      "places",
+      m_layout.problem =
+          fmt::format("{}: markers '{}' and '{}' were both placed at {}, must be two places",
                       m_film,
                       m_rig.markers[k].id,
                       marker.id,
-                      at_text(start->second)));
+                      at_text(start->second));
+      return false;
     }
   }
+  return true;
 }
 
-void LayoutSearch::refuse_missing(std::size_t marker) const {
+void LayoutSearch::report_missing(std::size_t marker) {
   const std::string& id = m_rig.markers[marker].id;
-  throw InputError(
-      fmt::format("{}: marker '{}' was not found in the first frame, must be a {} of "
-                  "{:g} mm in plain view; give --marker {}=x,y",
-                  m_film,
-                  id,
-                  to_string(m_rig.markers[marker].kind),
-                  1e3 * m_rig.markers[marker].size_m,
-                  id));
+  m_layout.problem = fmt::format(
+      "{}: marker '{}' was not found in {}, must be a {} of {:g} mm in plain view; "
+      "give --marker {}=x,y",
+      m_film,
+      id,
+      m_picture,
+      to_string(m_rig.markers[marker].kind),
+      1e3 * m_rig.markers[marker].size_m,
+      id);
 }
 
-void LayoutSearch::refuse_ambiguous(const std::vector<Constellation>& choices) const {
+void LayoutSearch::report_ambiguous(const std::vector<Constellation>& choices) {
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
     std::set<int> places;
     for (const Constellation& choice : choices) places.insert(choice.candidate[i]);
     places.erase(-1);
     if (places.size() < 2) continue;
-    throw InputError(
-        fmt::format("{}: marker '{}' could be one of {} places in the first frame, "
-                    "must be one; give --marker {}=x,y",
-                    m_film,
-                    m_rig.markers[i].id,
-                    places.size(),
-                    m_rig.markers[i].id));
+    m_layout.problem = fmt::format(
+        "{}: marker '{}' could be one of {} places in {}, must be one; "
+        "give --marker {}=x,y",
+        m_film,
+        m_rig.markers[i].id,
+        places.size(),
+        m_picture,
+        m_rig.markers[i].id);
+    return;
+  }
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    if (choices.front().candidate[i] < 0) return report_missing(i);
+  }
+}
+
+/// Outer size of a marker at rest under the layout's map [px].
+double LayoutSearch::due_size_px(std::size_t marker) const {
+  const LayoutMarker& m = m_markers[marker];
+  const double area = map_jacobian(m_layout.px_from_plane, m.rest).determinant();
+  return m.size_m * std::sqrt(std::abs(area));
+}
+
+void LayoutSearch::fit(const Constellation& found) {
+  m_layout.px_from_plane = found.px_from_plane;
+  m_layout.markers.resize(m_markers.size());
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    if (found.candidate[i] < 0) continue;
+    const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
+    FittedMarker fitted =
+        fit_marker(m_frame, candidate.pattern, candidate.placement, 0.5 * candidate.size_px + 1.0);
+    if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
+    m_layout.markers[i] = std::move(fitted);
   }
 }
 
 /// A marker that no blob showed (it touches something dark) is sought where the others put it.
-void LayoutSearch::look_closer(Constellation& found) {
+void LayoutSearch::look_closer() {
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    if (found.candidate[i] >= 0) continue;
+    if (m_layout.markers[i]) continue;
     const LayoutMarker& marker = m_markers[i];
-    const double px_per_m = std::abs(found.px_from_plane.scale);
-    const double size_px = marker.size_m * px_per_m;
-    const Eigen::Vector2d middle = found.px_from_plane.apply(marker.rest + 0.5 * marker.reach);
+    const double size_px = due_size_px(i);
+    if (!(size_px > kSmallestSought_px)) continue;
+    const Eigen::Matrix2d jacobian = map_jacobian(m_layout.px_from_plane, marker.rest);
+    const double px_per_m = size_px / marker.size_m;
+    const double turn =
+        -std::atan2(jacobian(1, 0) - jacobian(0, 1), jacobian(0, 0) + jacobian(1, 1));
+    const Eigen::Vector2d middle =
+        map_point(m_layout.px_from_plane, marker.rest + 0.5 * marker.reach);
     const double reach = px_per_m * (0.5 * marker.reach.norm() + 2.0 * marker.loose) + size_px;
-    const double step = 0.25 * size_px;
-    const double turn = -std::arg(found.px_from_plane.scale);
-    std::optional<MarkerCandidate> best;
-    for (double dy = -reach; dy <= reach; dy += step) {
-      for (double dx = -reach; dx <= reach; dx += step) {
-        AlignOptions options;
-        options.farthest_px = size_px;
-        const MarkerAlignment tried =
-            align_marker(m_frame,
-                         m_templates.get(marker.pattern, size_px),
-                         upright_marker(middle + Eigen::Vector2d(dx, dy), size_px, turn),
-                         options);
-        if (!tried.converged || (best && tried.score <= best->score)) continue;
-        best = {marker.pattern, tried.placement, size_px, tried.score};
+    const MarkerPlacement due = upright_marker(middle, size_px, turn);
+    for (const detail::MarkerPeak& peak :
+         detail::search_marker(m_frame,
+                               m_templates.get(marker.pattern, size_px),
+                               due.px_from_pattern,
+                               middle,
+                               reach,
+                               kLeastCorrelation)) {
+      const bool taken =
+          std::any_of(m_layout.markers.begin(), m_layout.markers.end(), [&](const auto& other) {
+            return other && (other->alignment.placement.position_px - peak.position_px).norm() <
+                                0.5 * size_px;
+          });
+      if (taken) continue;
+      FittedMarker fitted = fit_marker(m_frame,
+                                       marker.pattern,
+                                       {peak.position_px, due.px_from_pattern, due.motion_px},
+                                       0.5 * size_px + 1.0);
+      if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
+      if (!m_layout.markers[i] || fitted.alignment.score > m_layout.markers[i]->alignment.score) {
+        m_layout.markers[i] = std::move(fitted);
       }
     }
-    if (!best || best->score < kLeastFinalScore) refuse_missing(i);
-    for (const int other : found.candidate) {
-      if (other < 0) continue;
-      const auto& taken = m_candidates[static_cast<std::size_t>(other)];
-      const Eigen::Vector2d apart = taken.placement.position_px - best->placement.position_px;
-      if (apart.norm() < 0.5 * size_px) refuse_missing(i);
-    }
-    found.candidate[i] = static_cast<int>(m_candidates.size());
-    m_candidates.push_back(*best);
   }
 }
 
-Constellation LayoutSearch::match() {
+/// What stands in a marker's place but looks worse than the others do, or has another size or
+/// contrast, is something else: the marker is hidden.
+void LayoutSearch::drop_strangers() {
+  std::vector<double> scores, sizes, contrasts;
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    if (!m_layout.markers[i]) continue;
+    const MarkerAlignment& found = m_layout.markers[i]->alignment;
+    scores.push_back(found.score);
+    sizes.push_back(placed_size_px(found.placement) / due_size_px(i));
+    contrasts.push_back(found.contrast);
+  }
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  if (scores.size() < 3) return;  // too few to say what is usual
+  const double score = median(scores);
+  const double size = median(sizes);
+  const double contrast = median(contrasts);
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    if (!m_layout.markers[i] || m_markers[i].given >= 0) continue;
+    const MarkerAlignment& found = m_layout.markers[i]->alignment;
+    const double misfit = placed_size_px(found.placement) / due_size_px(i) / size;
+    const double paler = found.contrast / contrast;
+    if (found.score < score - kMostScoreDrop || std::abs(std::log(misfit)) > kMostSizeMisfit ||
+        paler > kMostContrastRatio || paler < 1.0 / kMostContrastRatio) {
+      m_layout.markers[i].reset();
+    }
+  }
+}
+
+/// Half of the markers, and three or all the fixed ones: of fewer any pair would do.
+bool LayoutSearch::enough() const {
+  int found = 0;
+  int found_fixed = 0;
+  int fixed = 0;
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    found += m_layout.markers[i] ? 1 : 0;
+    fixed += m_markers[i].fixed ? 1 : 0;
+    found_fixed += m_layout.markers[i] && m_markers[i].fixed ? 1 : 0;
+  }
+  const int all = static_cast<int>(m_markers.size());
+  return found == all || (2 * found >= all && (found >= 3 || (fixed >= 2 && found_fixed == fixed)));
+}
+
+PartialLayout LayoutSearch::run() {
+  describe_markers();
+  m_layout.markers.resize(m_markers.size());
+  gather_candidates();
+  if (!place_starts()) {
+    m_layout.hopeless = true;
+    return std::move(m_layout);
+  }
   const auto choices =
       detail::match_constellation(m_markers, m_candidates, kMostTurn_rad).about_as_good;
-  if (choices.empty()) refuse_missing(0);
-  Constellation found = choices.front();
-  const int num_markers = static_cast<int>(m_markers.size());
-  if (2 * found.num_matched < num_markers || (num_markers > 1 && found.num_matched < 2)) {
-    refuse_missing(static_cast<std::size_t>(
-        std::find(found.candidate.begin(), found.candidate.end(), -1) - found.candidate.begin()));
+  if (choices.empty()) {
+    report_missing(0);
+    return std::move(m_layout);
   }
-  if (choices.size() > 1) refuse_ambiguous(choices);
-  look_closer(found);
-  return found;
-}
-
-Layout LayoutSearch::fit(const Constellation& found) {
-  Layout layout;
-  for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
-    FittedMarker fitted =
-        fit_marker(m_frame, candidate.pattern, candidate.placement, 0.5 * candidate.size_px + 1.0);
-    if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) refuse_missing(i);
-    layout.markers.push_back(std::move(fitted));
+  const Constellation& best = choices.front();
+  m_layout.num_found = best.num_matched;
+  if (choices.size() > 1) {
+    report_ambiguous(choices);
+    m_layout.hopeless = best.num_matched == static_cast<int>(m_markers.size());
+    return std::move(m_layout);
   }
-  const auto& map = found.px_from_plane;
-  layout.px_from_plane << map.scale.real(), -map.scale.imag(), map.shift.real(), map.scale.imag(),
-      map.scale.real(), map.shift.imag();
-  return layout;
-}
-
-Layout LayoutSearch::run() {
-  describe_markers();
-  gather_candidates();
-  return fit(match());
+  fit(best);
+  if (enough()) look_closer();
+  drop_strangers();
+  m_layout.num_found = 0;
+  for (std::size_t i = m_markers.size(); i-- > 0;) {
+    if (!m_layout.markers[i]) report_missing(i);
+    m_layout.num_found += m_layout.markers[i] ? 1 : 0;
+  }
+  m_layout.usable = enough();
+  return std::move(m_layout);
 }
 
 }  // namespace
@@ -312,10 +400,11 @@ Eigen::Vector2d plane_position(const Camera& camera, const Eigen::Vector3d& posi
   return {camera.image_right.dot(position), camera.image_down.dot(position)};
 }
 
-Layout find_layout(const LumaFrame& frame,
-                   const Rig& rig,
-                   const std::map<std::string, Eigen::Vector2d>& start_px,
-                   const std::string& film) {
+PartialLayout search_layout(const LumaFrame& frame,
+                            const Rig& rig,
+                            const std::map<std::string, Eigen::Vector2d>& start_px,
+                            const std::string& film,
+                            const std::string& picture) {
   if (rig.markers.empty() || !rig.camera) {
     throw InputError(fmt::format("{}: has no {}, must have [[marker]] and [camera] to be tracked",
                                  rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(),
@@ -323,7 +412,28 @@ Layout find_layout(const LumaFrame& frame,
   }
   check_kinds(rig);
   check_starts(frame, rig, start_px);
-  return LayoutSearch(frame, rig, start_px, film).run();
+  const Rig printed = detail::without_patches(rig);
+  if (printed.markers.size() == rig.markers.size()) {
+    return LayoutSearch(frame, rig, start_px, film, picture).run();
+  }
+  std::map<std::string, Eigen::Vector2d> starts = start_px;
+  std::erase_if(starts, [&](const auto& start) { return !printed.find_marker(start.first); });
+  return detail::place_patches({frame, rig, start_px, film, picture},
+                               printed.markers.empty()
+                                   ? PartialLayout{}
+                                   : LayoutSearch(frame, printed, starts, film, picture).run());
+}
+
+Layout find_layout(const LumaFrame& frame,
+                   const Rig& rig,
+                   const std::map<std::string, Eigen::Vector2d>& start_px,
+                   const std::string& film) {
+  PartialLayout found = search_layout(frame, rig, start_px, film, "the first frame");
+  if (!found.problem.empty()) throw InputError(found.problem);
+  Layout layout;
+  layout.px_from_plane = found.px_from_plane;
+  for (auto& marker : found.markers) layout.markers.push_back(std::move(*marker));
+  return layout;
 }
 
 }  // namespace twang

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "capture/fit_marker.hpp"
+#include "capture/plane_map.hpp"
 #include "rigs/rig.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,13 +20,25 @@ namespace twang {
 
 /// Where a rig's markers are in a picture.
 struct Layout {
-  std::vector<FittedMarker> markers;  ///< in the rig's order
-  Eigen::Matrix<double, 2, 3>
-      px_from_plane;  ///< similarity from the rest plane to the picture: fixed markers decide, if
-                      ///< there are two [px/m], [px]
+  std::vector<FittedMarker> markers;                  ///< in the rig's order
+  Homography px_from_plane = Homography::Identity();  ///< rest plane -> picture: fixed markers
+                                                      ///< decide, as far as they can [px]
   [[nodiscard]] Eigen::Vector2d to_px(const Eigen::Vector2d& plane) const {
-    return px_from_plane * plane.homogeneous();
+    return map_point(px_from_plane, plane);
   }
+};
+
+/// What a picture shows of a rig's markers.
+struct PartialLayout {
+  std::vector<std::optional<FittedMarker>> markers;   ///< in the rig's order; absent: not seen
+  Homography px_from_plane = Homography::Identity();  ///< rest plane -> picture [px]
+  int num_found = 0;
+  /// Whether those that were found leave no doubt about which is which and where the rest would be.
+  bool usable = false;
+  /// All markers have a place, but which is which cannot be told, or a stated start has no marker:
+  /// another picture will hardly be better.
+  bool hopeless = false;
+  std::string problem;  ///< why not all were found, one sentence; empty if all were
 };
 
 /// Finds all markers of a rig in a picture.
@@ -45,5 +58,18 @@ struct Layout {
                                  const Rig& rig,
                                  const std::map<std::string, Eigen::Vector2d>& start_px = {},
                                  const std::string& film = "the picture");
+
+/// The same, content with a part of the markers: others may be hidden.
+///
+/// It is usable if at least half of the markers were found, three or all the fixed ones among them,
+/// and no other assignment of places is about as good.
+///
+/// @param picture  the picture's name in the sentence about the problem ("the first frame")
+/// @throws InputError as `find_layout` for what no picture can mend
+[[nodiscard]] PartialLayout search_layout(const LumaFrame& frame,
+                                          const Rig& rig,
+                                          const std::map<std::string, Eigen::Vector2d>& start_px,
+                                          const std::string& film,
+                                          const std::string& picture);
 
 }  // namespace twang

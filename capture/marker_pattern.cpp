@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/marker_pattern.hpp"
 
+#include "capture/detail/tag_cells.hpp"
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "rigs/marker_dictionary.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +12,8 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <random>
+#include <vector>
 
 namespace twang {
 
@@ -23,6 +27,10 @@ namespace {
 constexpr double kHalf = 0.5;              // half the outer size
 constexpr double kHalfBar = 1.0 / 6.0;     // half the width of a cross's bar
 constexpr double kHoleRadius = 1.0 / 4.0;  // of a ring
+constexpr std::size_t kBitsPerWord = 64;
+// Of a patch's texture, waves a size: three cameras' pixels long or more from 16 pixels a size on.
+constexpr double kCoarsestWave = 2.0;
+constexpr double kFinestWave = 5.0;
 
 double overlap(double a0, double a1, double b0, double b1) {
   return std::max(0.0, std::min(a1, b1) - std::max(a0, b0));
@@ -83,24 +91,84 @@ bool needs_more_than_a_kind(MarkerKind kind) {
 MarkerPattern::MarkerPattern(MarkerKind kind) : m_kind(kind) {
   if (!needs_more_than_a_kind(kind)) return;
   throw InputError(
-      fmt::format("a marker of kind '{}' has no known picture, must be a cross, dot, "
+      fmt::format("a marker of kind '{}' has no picture of its own, must be a cross, dot, "
                   "ring or checker",
                   to_string(kind)));
 }
 
 MarkerPattern::MarkerPattern(const Marker& marker) : m_kind(marker.kind) {
-  if (!needs_more_than_a_kind(marker.kind)) return;
-  throw InputError(
-      fmt::format("marker '{}' is of kind '{}', which has no known picture, must be a cross, dot, "
-                  "ring or checker",
-                  marker.id,
-                  to_string(marker.kind)));
+  if (m_kind == MarkerKind::Patch) draw_texture(marker.id);
+  if (m_kind == MarkerKind::ArUco || m_kind == MarkerKind::AprilTag) take_cells(marker);
+}
+
+void MarkerPattern::take_cells(const Marker& marker) {
+  const MarkerDictionary* dictionary = find_marker_dictionary(marker.kind, marker.dictionary);
+  if (dictionary == nullptr) {
+    throw InputError(fmt::format("marker '{}': dictionary is '{}', must be one of {}",
+                                 marker.id,
+                                 marker.dictionary,
+                                 marker_dictionary_names(marker.kind)));
+  }
+  if (marker.tag < 0 || marker.tag >= dictionary->num_tags) {
+    throw InputError(fmt::format("marker '{}': tag is {}, must be 0 to {} in {}",
+                                 marker.id,
+                                 marker.tag,
+                                 dictionary->num_tags - 1,
+                                 dictionary->name));
+  }
+  const int side = dictionary->num_data_cells;
+  m_num_cells = side + 2;
+  m_correctable_cells = dictionary->correctable_cells;
+  const std::vector<bool> data = detail::tag_cells(*dictionary, marker.tag);
+  for (int row = 0; row < m_num_cells; ++row) {
+    for (int column = 0; column < m_num_cells; ++column) {
+      const bool inside = std::min(row, column) > 0 && std::max(row, column) <= side;
+      if (!inside || data[static_cast<std::size_t>((row - 1) * side + column - 1)]) {
+        set_ink(row, column);
+      }
+    }
+  }
+}
+
+/// Waves of any phase, in directions spread over the half circle.
+void MarkerPattern::draw_texture(const std::string& id) {
+  std::seed_seq seed(id.begin(), id.end());
+  std::mt19937 random(seed);
+  // No distributions of the standard library: what they make of the numbers is not the same
+  // everywhere.
+  const auto uniform = [&random] { return static_cast<double>(random()) / 0x1p32; };
+  for (std::size_t i = 0; i < kWaves; ++i) {
+    const double direction = kPi * (static_cast<double>(i) + uniform()) / kWaves;
+    const double frequency = kCoarsestWave + (kFinestWave - kCoarsestWave) * uniform();
+    m_waves[i] = {
+        frequency * std::cos(direction), frequency * std::sin(direction), kTwoPi * uniform()};
+  }
+}
+
+/// Half a tone of grey and the waves, averaged over a square: each is dimmed by what a mean over a
+/// length does to a wave.
+double MarkerPattern::texture(double x, double y, double width) const {
+  const auto dimming = [width](double frequency) {
+    const double half = kPi * frequency * width;
+    return std::abs(half) > 1e-6 ? std::sin(half) / half : 1.0;
+  };
+  double sum = 0.0;
+  for (const Wave& wave : m_waves) {
+    sum += std::cos(kTwoPi * (wave.u * x + wave.v * y) + wave.phase_rad) * dimming(wave.u) *
+           dimming(wave.v);
+  }
+  return 0.5 + 0.5 * sum / kWaves;
 }
 
 bool MarkerPattern::ink(int row, int column) const {
   assert(row >= 0 && row < m_num_cells && column >= 0 && column < m_num_cells);
   const auto bit = static_cast<std::size_t>(row * m_num_cells + column);
-  return (m_cells[bit / 64] >> (bit % 64) & 1U) != 0;
+  return (m_cells[bit / kBitsPerWord] >> (bit % kBitsPerWord) & 1U) != 0;
+}
+
+void MarkerPattern::set_ink(int row, int column) {
+  const auto bit = static_cast<std::size_t>(row * m_num_cells + column);
+  m_cells[bit / kBitsPerWord] |= std::uint64_t{1} << (bit % kBitsPerWord);
 }
 
 double MarkerPattern::ink_area_of_cells(const Rectangle& box) const {
@@ -138,7 +206,7 @@ double MarkerPattern::ink_area(const Rectangle& box) const {
     case MarkerKind::AprilTag:
       return ink_area_of_cells(box);
     case MarkerKind::Patch:
-      break;
+      break;  // has greys
   }
   return 0.0;
 }
@@ -164,13 +232,14 @@ double MarkerPattern::value(double x, double y) const {
       return paper(ink(cell(y), cell(x)));
     }
     case MarkerKind::Patch:
-      break;
+      return texture(x, y, 0.0);
   }
   return 1.0;
 }
 
 double MarkerPattern::averaged(double x, double y, double width) const {
   if (!(width > 0.0)) return value(x, y);
+  if (m_kind == MarkerKind::Patch) return texture(x, y, width);
   const double half = 0.5 * width;
   const double ink = ink_area({x - half, x + half, y - half, y + half});
   return std::clamp(1.0 - ink / (width * width), 0.0, 1.0);

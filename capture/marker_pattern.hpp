@@ -5,7 +5,9 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace twang {
 
@@ -19,12 +21,15 @@ namespace twang {
 ///     ring      a disk of diameter 1 with a hole of diameter 1/2
 ///     checker   a square of side 1, its upper left and lower right quadrants ink
 ///     aruco, apriltag   a square of cells, the outermost ink
+///     patch     a smooth grey texture that its id decides and that goes on over the paper. It
+///               stands for natural texture in rendered films alone: in a film, a patch looks as
+///               its first frame shows it
 ///
 /// A small value, cheap to copy and to compare.
 class MarkerPattern {
  public:
   /// Of a marker of any kind.
-  /// @throws InputError naming the marker, if there is no picture for its dictionary and tag
+  /// @throws InputError naming the marker, if there is no such dictionary or no such tag in it
   explicit MarkerPattern(const Marker& marker);
   /// Of a kind whose picture the kind alone decides: cross, dot, ring, checker.
   /// @throws InputError for the others
@@ -43,17 +48,33 @@ class MarkerPattern {
   [[nodiscard]] int num_cells() const { return m_num_cells; }
   /// Whether a cell of a tag is ink; rows from the top, columns from the left.
   [[nodiscard]] bool ink(int row, int column) const;
+  /// Cells of a tag that may be misread without leaving doubt which tag of its dictionary it is.
+  [[nodiscard]] int correctable_cells() const { return m_correctable_cells; }
 
   [[nodiscard]] auto operator<=>(const MarkerPattern&) const = default;
 
  private:
   struct Rectangle;
+  /// One of the waves that a patch's texture is made of.
+  struct Wave {
+    double u = 0.0, v = 0.0;  // waves a size, along x and y
+    double phase_rad = 0.0;
+    [[nodiscard]] auto operator<=>(const Wave&) const = default;
+  };
+  static constexpr std::size_t kWaves = 6;
+
+  void take_cells(const Marker& marker);
+  void draw_texture(const std::string& id);
+  void set_ink(int row, int column);
+  [[nodiscard]] double texture(double x, double y, double width) const;
   [[nodiscard]] double ink_area(const Rectangle& box) const;
   [[nodiscard]] double ink_area_of_cells(const Rectangle& box) const;
 
   MarkerKind m_kind;
   int m_num_cells = 0;
+  int m_correctable_cells = 0;
   std::array<std::uint64_t, 2> m_cells{};  // a bit a cell, row by row; 1: ink
+  std::array<Wave, kWaves> m_waves{};
 };
 
 }  // namespace twang

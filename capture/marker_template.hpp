@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/detail/alignment_kernels.hpp"
 #include "capture/marker_pattern.hpp"
+#include "capture/video_reader.hpp"
+
+#include <Eigen/Core>
 
 #include <array>
 #include <cstddef>
@@ -13,7 +17,8 @@ namespace twang {
 /// reference that markers are aligned with, so that nothing can drift.
 ///
 /// The pattern of `marker_pattern.hpp` is averaged over a pixel, blurred by a Gaussian and sampled
-/// finely once; afterwards a sample costs one bilinear look-up. Coordinates are those of the
+/// finely once, with its derivatives; afterwards a sample costs one look-up: the second-order
+/// expansion about the nearest cell. Coordinates are those of the
 /// pattern: in units of the outer size, centred, x right, y down.
 class MarkerTemplate {
  public:
@@ -27,10 +32,21 @@ class MarkerTemplate {
   /// @param size_px  outer size of the marker in the picture, > 0 [px]
   /// @param blur_px  standard deviation of the lens's blur, >= 0 [px]
   MarkerTemplate(const MarkerPattern& pattern, double size_px, double blur_px);
-  /// The same marker with another blur; cheaper than starting anew.
+  /// A marker as a picture shows it (a patch): the picture, lightly smoothed, takes the place of
+  /// the pattern. What is left of its noise shifts all later alignments alike, by about what noise
+  /// makes one of them scatter; their differences, which are what is measured, do not know of it.
+  /// @param px_from_pattern  size, turn and slant, as in `MarkerPlacement` [px]
+  [[nodiscard]] static MarkerTemplate cut_out(const MarkerPattern& pattern,
+                                              const LumaFrame& frame,
+                                              const Eigen::Vector2d& position_px,
+                                              const Eigen::Matrix2d& px_from_pattern);
+  /// The same marker with another blur, in addition to a picture's own if it was cut out of one;
+  /// cheaper than starting anew.
   [[nodiscard]] MarkerTemplate with_blur(double blur_px) const;
 
   [[nodiscard]] Sample at(double u, double v) const;
+  /// The table itself, for inner loops; valid as long as the template.
+  [[nodiscard]] detail::TemplateCells cells() const;
   [[nodiscard]] const MarkerPattern& pattern() const { return m_pattern; }
   [[nodiscard]] double size_px() const { return m_size_px; }
   [[nodiscard]] double blur_px() const { return m_blur_px; }
@@ -38,6 +54,8 @@ class MarkerTemplate {
   [[nodiscard]] bool has_turn() const { return m_has_turn; }
   /// Whether the marker ends at a circle (dot, ring) or at a square.
   [[nodiscard]] bool is_round() const { return !m_has_turn; }
+  /// Whether there is paper around it, as around all that is printed.
+  [[nodiscard]] bool has_rim() const { return !m_cut_out; }
 
  private:
   void blur(double blur_px);
@@ -46,11 +64,12 @@ class MarkerTemplate {
   double m_size_px;
   double m_blur_px = 0.0;
   bool m_has_turn;
-  double m_samples_per_unit = 0.0;            // [1/size]
-  double m_half_width = 0.0;                  // of the sampled square [size]
-  int m_side = 0;                             // samples along it
-  std::vector<float> m_sharp;                 // averaged over a pixel, not blurred
-  std::vector<std::array<float, 4>> m_table;  // value, du, dv, one to fill up
+  double m_samples_per_unit = 0.0;  // [1/size]
+  double m_half_width = 0.0;        // of the sampled square [size]
+  int m_side = 0;                   // samples along it, odd
+  std::vector<float> m_sharp;       // averaged over a pixel, not blurred
+  std::vector<std::array<float, detail::kCellFloats>> m_cells;  // at every other sample
+  bool m_cut_out = false;           // of a picture
 };
 
 }  // namespace twang

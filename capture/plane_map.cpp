@@ -26,6 +26,8 @@ constexpr double kStillCamera_px = 0.01;
 constexpr int kMostIterations = 20;
 // Smallest over largest singular value of points that still span a plane.
 constexpr double kLeastSpread = 1e-3;
+// Of known positions, from which slant and perspective are to be read all over the plane.
+constexpr double kLeastAcross = 0.05;
 
 Eigen::Vector2d mean_of(const Points& points) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -280,6 +282,18 @@ Homography map_by_size(const PlaneMarker& marker, const Eigen::Vector2d& px) {
   return map;
 }
 
+/// Whether four markers or more spread far enough off any line to show slant and perspective.
+bool span_plane(const std::vector<const PlaneMarker*>& fixed) {
+  if (fixed.size() < 4) return false;
+  Eigen::Matrix2Xd rests(2, fixed.size());
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    rests.col(static_cast<Eigen::Index>(i)) = fixed[i]->rest;
+  }
+  rests.colwise() -= Eigen::Vector2d(rests.rowwise().mean());
+  const Eigen::Vector2d spread = Eigen::JacobiSVD<Eigen::Matrix2Xd>(rests).singularValues();
+  return spread[1] > kLeastAcross * spread[0];
+}
+
 /// The map of the mean picture, and a sentence on where it is from.
 Homography mean_map(const std::vector<PlaneMarker>& markers,
                     const CameraMotion& camera,
@@ -290,8 +304,8 @@ Homography mean_map(const std::vector<PlaneMarker>& markers,
     for (const PlaneMarker* marker : camera.fixed()) pairs.to.push_back(marker->rest);
     notes.push_back(fmt::format("Scale and rest come from {} fixed markers ({}).",
                                 num_fixed,
-                                num_fixed >= 4 ? "homography" : "similarity"));
-    return num_fixed >= 4 ? fit_homography(pairs) : fit_similarity_map(pairs);
+                                span_plane(camera.fixed()) ? "homography" : "similarity"));
+    return span_plane(camera.fixed()) ? fit_homography(pairs) : fit_similarity_map(pairs);
   }
   const PointPairs settled = settled_pairs(markers, camera);
   if (settled.from.empty()) {
@@ -347,7 +361,8 @@ PlaneMap map_plane(const std::vector<PlaneMarker>& markers) {
   double left_px = 0.0;
   const double chi_square =
       camera.chi_square([&](std::size_t n) { return camera.steady_from_frame(n); }, 4.0, left_px);
-  const bool whole = num_fixed >= 4 && chi_square > kMostChiSquare && left_px > kStillCamera_px;
+  const bool whole =
+      span_plane(camera.fixed()) && chi_square > kMostChiSquare && left_px > kStillCamera_px;
   for (std::size_t n = 0; n < camera.num_frames(); ++n) {
     const PointPairs seen = camera.seen(n);
     const bool own = whole && seen.from.size() >= 4;

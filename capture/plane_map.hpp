@@ -57,9 +57,10 @@ struct PlaneMap {
 
 /// Finds the map picture -> rest plane from the markers' tracks.
 ///
-/// Four fixed markers or more give a homography, two or three a similarity. With one fixed marker,
-/// or none, scale and turn come from where all markers settle at the end of the film and their
-/// known rest positions, or with a single marker from its size, the picture's axes being the rig's.
+/// Four fixed markers or more, not all about on a line, give a homography, else two or more a
+/// similarity. With one fixed marker, or none, scale and turn come from where all markers settle at
+/// the end of the film and their known rest positions, or with a single marker from its size, the
+/// picture's axes being the rig's.
 ///
 /// One map serves the whole film if the fixed markers' positions scatter about their means no more
 /// than their sigmas say: an average over all frames is then better than each frame's own. Else the

@@ -2,8 +2,12 @@
 #include "capture/track_markers.hpp"
 
 #include "capture/detail/doubled_frames.hpp"
-#include "capture/detail/follow_marker.hpp"
+#include "capture/detail/find_repeats.hpp"
+#include "capture/detail/first_layout.hpp"
+#include "capture/detail/follow_layout.hpp"
+#include "capture/detail/lost_stretches.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
+#include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
@@ -21,8 +25,7 @@
 namespace twang {
 namespace {
 
-constexpr double kOverlayFps = 30.0;     // at most: a film to be watched
-constexpr double kReachOfRelease = 1.2;  // a marker may stand on a longer lever than the release
+constexpr double kOverlayFps = 30.0;  // at most: a film to be watched
 
 Image copy_of(const LumaFrame& frame) {
   Image image{frame.width_px, frame.height_px, 1, {}};
@@ -51,17 +54,32 @@ class Tracking {
       : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
 
   TrackResult run() {
-    begin();
-    while (const auto frame = m_reader.read()) follow(*frame);
+    detail::FirstLayout first =
+        detail::find_first_layout(m_rig, m_video, m_options.start_px, m_options.progress);
+    for (const Marker& marker : m_rig.markers)
+      m_result.tracks.push_back({marker.id, {}, {}, 0, "", {}});
+    m_result.layout_frame = first.frame;
+    while (const auto frame = m_reader.read()) {
+      if (m_stamps_s.size() < first.frame) {
+        wait(*frame);
+      } else if (!m_follower) {
+        begin(*frame, std::move(first.layout));
+      } else {
+        add(m_follower->follow(*frame));
+        note_frame(*frame);
+      }
+    }
     return finish();
   }
 
  private:
-  void begin();
-  void follow(const LumaFrame& frame);
+  void wait(const LumaFrame& frame);
+  void begin(const LumaFrame& frame, PartialLayout layout);
+  void add(const std::vector<detail::MarkerSample>& samples);
+  void check_all_seen();
   void note_frame(const LumaFrame& frame);
   TrackResult finish();
-  [[nodiscard]] std::vector<bool> find_doubled() const;
+  void widen_sigmas(const std::vector<bool>& doubled);
   [[nodiscard]] PlaneMap find_plane() const;
   void add_notes(const std::vector<bool>& doubled);
 
@@ -69,7 +87,7 @@ class Tracking {
   const std::filesystem::path& m_video;
   const TrackOptions& m_options;
   VideoReader m_reader;
-  std::vector<detail::MarkerFollower> m_followers;
+  std::optional<detail::LayoutFollower> m_follower;
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
@@ -86,65 +104,71 @@ void Tracking::note_frame(const LumaFrame& frame) {
                    "frames"});
 }
 
-/// The first frame: where everything is.
-void Tracking::begin() {
-  const auto frame = m_reader.read();
-  if (!frame) {
-    throw InputError(fmt::format("{}: holds no picture, must hold a film", m_video.string()));
-  }
-  m_result.first_frame = copy_of(*frame);
-  Layout layout = find_layout(*frame, m_rig, m_options.start_px, m_video.string());
-  for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
-    const Marker& marker = m_rig.markers[i];
-    const MarkerAlignment& found = layout.markers[i].alignment;
-    detail::MarkerBackground background;
-    background.rest_px = layout.to_px(plane_position(*m_rig.camera, marker.position));
-    if (!marker.fixed && m_rig.release && m_rig.release->displacement) {
-      const Eigen::Vector2d far = plane_position(
-          *m_rig.camera, marker.position + kReachOfRelease * *m_rig.release->displacement);
-      background.reach_px = (layout.to_px(far) - background.rest_px).norm();
-    }
-    m_result.tracks.push_back({marker.id, {found.placement.position_px}, {found.sigma_px}, 0, ""});
-    m_size_px.push_back(placed_size_px(found.placement));
-    m_followers.emplace_back(*frame, std::move(layout.markers[i]), background);
-  }
-  note_frame(*frame);
-}
-
-void Tracking::follow(const LumaFrame& frame) {
-  std::vector<Eigen::Vector2d> taken;
-  for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    MarkerTrack& track = m_result.tracks[i];
-    const detail::MarkerSample sample = m_followers[i].follow(frame, taken);
-    track.position_px.push_back(sample.position_px);
-    track.sigma_px.push_back(sample.sigma_px);
-    if (sample.lost_because.empty()) {
-      taken.push_back(sample.position_px);
-      continue;
-    }
-    if (track.frames_lost++ == 0) track.lost_because = sample.lost_because;
-  }
+/// A frame before the layout is known.
+void Tracking::wait(const LumaFrame& frame) {
+  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(kNaN);
+  add(std::vector<detail::MarkerSample>(m_rig.markers.size(),
+                                        {nowhere, kNaN, "too few markers are in plain view"}));
   note_frame(frame);
 }
 
-/// By the pictures, and in slow motion, which these do not show clearly, by the markers: some stand
-/// where they should have moved, and none moved.
-std::vector<bool> Tracking::find_doubled() const {
-  auto [doubled, changed] = m_doubled.decide();
-  std::vector<int> stand(doubled.size(), 0);
-  std::vector<int> move(doubled.size(), 0);
-  for (const MarkerTrack& track : m_result.tracks) {
-    const std::vector<int> verdict =
-        detail::stands_against_motion(track.position_px, track.sigma_px);
-    for (std::size_t n = 0; n < verdict.size(); ++n) {
-      stand[n] += verdict[n] > 0 ? 1 : 0;
-      move[n] += verdict[n] < 0 ? 1 : 0;
+/// The first usable frame: where everything is.
+void Tracking::begin(const LumaFrame& frame, PartialLayout layout) {
+  m_result.first_frame = copy_of(frame);
+  m_follower.emplace(frame, m_rig, std::move(layout));
+  add(m_follower->first());
+  note_frame(frame);
+}
+
+void Tracking::add(const std::vector<detail::MarkerSample>& samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    MarkerTrack& track = m_result.tracks[i];
+    track.position_px.push_back(samples[i].position_px);
+    track.sigma_px.push_back(samples[i].sigma_px);
+    const std::size_t n = m_stamps_s.size();
+    if (!samples[i].lost_because.empty()) {
+      detail::note_lost(track, n, samples[i].lost_because);
+    } else if (!track.lost.empty()) {
+      LostStretch& last = track.lost.back();
+      if (last.first_frame + last.num_frames == n) last.found_again = true;
     }
   }
-  for (std::size_t n = 0; n < doubled.size(); ++n) {
-    if (stand[n] > 0 && move[n] == 0 && !changed[n]) doubled[n] = true;
+}
+
+void Tracking::check_all_seen() {
+  for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
+    m_size_px.push_back(m_follower->size_px(i));
+    if (m_follower->seen(i)) continue;
+    const Marker& marker = m_rig.markers[i];
+    throw InputError(fmt::format(
+        "{}: marker '{}' was not found in any of {} frames, must be a {} of {:g} mm in plain view; "
+        "give --marker {}=x,y",
+        m_video.string(),
+        marker.id,
+        m_stamps_s.size(),
+        to_string(marker.kind),
+        kMillimetresPerMetre * marker.size_m,
+        marker.id));
   }
-  return doubled;
+}
+
+/// A repeated picture is no measurement: it does not count as scatter.
+void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
+  std::vector<std::vector<Eigen::Vector2d>> measured;
+  for (const MarkerTrack& track : m_result.tracks) {
+    auto& positions = measured.emplace_back(track.position_px);
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+      if (doubled[n]) positions[n].setConstant(kNaN);
+    }
+  }
+  std::vector<const std::vector<Eigen::Vector2d>*> position_px;
+  std::vector<std::vector<double>*> sigma_px;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    position_px.push_back(&measured[i]);
+    sigma_px.push_back(&m_result.tracks[i].sigma_px);
+  }
+  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px);
+  for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 
 PlaneMap Tracking::find_plane() const {
@@ -181,16 +205,13 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
         fmt::format("{} frames repeat the one before and were left out.", num_doubled));
   }
   for (const MarkerTrack& track : m_result.tracks) {
-    if (track.frames_lost == 0) continue;
-    m_result.notes.push_back(fmt::format("Marker '{}' was lost in {} of {} frames ({}).",
-                                         track.id,
-                                         track.frames_lost,
-                                         num_frames,
-                                         track.lost_because));
+    const auto sentences = detail::sentences_on_losses(track);
+    m_result.notes.insert(m_result.notes.end(), sentences.begin(), sentences.end());
   }
 }
 
 TrackResult Tracking::finish() {
+  check_all_seen();
   const VideoInfo& info = m_reader.info();
   TimeBase time;
   try {
@@ -199,9 +220,10 @@ TrackResult Tracking::finish() {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
-  const std::vector<bool> doubled = find_doubled();
+  const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   m_result.time_base = time.summary;
+  widen_sigmas(doubled);
   const PlaneMap map = find_plane();
   m_result.trace =
       detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
@@ -211,7 +233,8 @@ TrackResult Tracking::finish() {
   add_notes(doubled);
 
   const TrackDrawing drawing{m_result.tracks, m_size_px, doubled};
-  m_result.first_frame_with_tracks = draw_tracks(m_result.first_frame, drawing, 0);
+  m_result.first_frame_with_tracks =
+      draw_tracks(m_result.first_frame, drawing, m_result.layout_frame);
   if (!m_options.overlay.empty()) {
     write_overlay(m_video,
                   m_options.overlay,

@@ -24,13 +24,23 @@ struct TrackOptions {
   void check() const;
 };
 
+/// Frames in a row in which a marker was lost.
+struct LostStretch {
+  std::size_t first_frame = 0;
+  std::size_t num_frames = 0;
+  std::string reason;        ///< the first frame's, for a person
+  bool found_again = false;  ///< in the frame after the last
+};
+
 /// How one marker fared.
 struct MarkerTrack {
   std::string id;
   std::vector<Eigen::Vector2d> position_px;  ///< one a frame; nan where lost [px]
   std::vector<double> sigma_px;              ///< of one coordinate, one a frame [px]
   int frames_lost = 0;
-  std::string lost_because;  ///< the first reason, for a person; empty if never lost
+  std::string lost_because;       ///< the first reason, for a person; empty if never lost
+  std::vector<LostStretch> lost;  ///< in the order of time
+  double coding_px = 0.0;         ///< part of sigma_px that compression adds, see TrackNoise [px]
 };
 
 /// A film turned into marker positions.
@@ -41,21 +51,23 @@ struct TrackResult {
   double mm_per_px = 0.0;  ///< scale at rest [mm/px]
   double plane_residual_px =
       0.0;            ///< rms of the fixed markers about the plane map; 0 with under three [px]
-  Image first_frame;  ///< grey
+  Image first_frame;  ///< the first in which the layout was found, grey
   Image first_frame_with_tracks;   ///< colour: the found layout and the paths, for the report
   std::vector<std::string> notes;  ///< one sentence each
   std::vector<double> size_px;     ///< of each marker in the first frame [px]
   std::vector<bool> doubled;       ///< one a frame: repeats the one before
+  std::size_t layout_frame = 0;    ///< the number of `first_frame`; before it all is nan
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.
 ///
-/// Markers are found in the first frame from the rig's layout where that is unambiguous, else from
-/// `start_px`.
+/// Markers are found from the rig's layout in the first frame that shows enough of them to leave no
+/// doubt, else from `start_px`; before that frame all is nan. A marker that is hidden in it is
+/// looked for where the layout puts it until it is seen.
 ///
 /// @throws InputError if the file is no film or cannot be decoded at all or to its end, the rig
 /// lacks markers or camera,
-///         a marker is not found or could be one of several, a `start_px` names no marker or a
+///         a marker is never found or could be one of several, a `start_px` names no marker or a
 ///         place outside; Cancelled
 [[nodiscard]] TrackResult track_markers(const Rig& rig,
                                         const std::filesystem::path& video,

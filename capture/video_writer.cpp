@@ -134,6 +134,7 @@ struct VideoWriter::Impl {
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
     codec->thread_count = 0;
+    if (options.quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));
     if (container->oformat->flags & AVFMT_GLOBALHEADER) {
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
@@ -170,6 +171,24 @@ struct VideoWriter::Impl {
     const int status = avformat_write_header(raw, &muxer);
     av_dict_free(&muxer);
     check(status);
+  }
+
+  /// The frame to be filled and encoded next.
+  AVFrame& next_frame() {
+    if (!frame->buf[0]) {
+      frame->width = codec->width;
+      frame->height = codec->height;
+      frame->format = codec->pix_fmt;
+      frame->color_range = codec->color_range;
+      check(av_frame_get_buffer(frame.get(), 0));
+    }
+    check(av_frame_make_writable(frame.get()));
+    return *frame;
+  }
+
+  void encode_next() {
+    frame->pts = num_written++;
+    encode(frame.get());
   }
 
   void encode(const AVFrame* picture) {
@@ -224,18 +243,21 @@ void VideoWriter::write(const Image& image) {
         self.width_px,
         self.height_px));
   }
-  AVFrame& frame = *self.frame;
-  if (!frame.buf[0]) {
-    frame.width = self.codec->width;
-    frame.height = self.codec->height;
-    frame.format = self.codec->pix_fmt;
-    frame.color_range = self.codec->color_range;
-    self.check(av_frame_get_buffer(&frame, 0));
-  }
-  self.check(av_frame_make_writable(&frame));
-  fill_frame(image, frame);
-  frame.pts = self.num_written++;
-  self.encode(&frame);
+  fill_frame(image, self.next_frame());
+  self.encode_next();
+}
+
+void VideoWriter::write(const std::function<void(const PicturePlanes&)>& paint) {
+  assert(m_impl->container);
+  const AVFrame& frame = m_impl->next_frame();
+  paint({frame.data[0],
+         frame.data[1],
+         frame.data[2],
+         frame.linesize[0],
+         frame.linesize[1],
+         frame.width,
+         frame.height});
+  m_impl->encode_next();
 }
 
 void VideoWriter::finish() {

@@ -10,6 +10,7 @@ find_package(OpenSSL REQUIRED)
 find_package(OpenMP REQUIRED)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
 pkg_check_modules(ARPACK REQUIRED IMPORTED_TARGET arpack)
+pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)
 pkg_check_modules(FFMPEG REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
 
 # OpenCV's own CMake package asks for every module; only core and imgproc are used, so they are named here.

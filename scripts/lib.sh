@@ -9,6 +9,7 @@ packages_build=(
   libeigen3-dev libfmt-dev nlohmann-json3-dev libtomlplusplus-dev libcli11-dev
   libceres-dev libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libfftw3-dev libssl-dev
   libopencv-core-dev libopencv-imgproc-dev
+  libapriltag-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )
 # The test framework, and the independent programs that some tests compare with.

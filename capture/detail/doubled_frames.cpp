@@ -2,112 +2,113 @@
 #include "capture/detail/doubled_frames.hpp"
 
 #include <algorithm>
-#include <cstdlib>
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace twang::detail {
 namespace {
 
-// A marker stands if it moved by less than so many sigmas, and should have moved if the frames
-// around put it farther away than so many.
-constexpr double kStandsSigmas = 2.0;
-constexpr double kMovesSigmas = 6.0;
-constexpr int kBlock_px = 16;
-// Neighbours on either side that a frame is compared with: more than a film repeats in a row.
-constexpr std::size_t kNeighbours = 6;
-constexpr double kHardly = 0.1;         // of the neighbours' change
-constexpr double kClearly = 0.2;        // of the neighbours' change: something moved
-constexpr double kMotion = 6.0;         // change of a block that shows motion [grey levels]
-constexpr double kNoNoise = 0.5;        // of the film's usual noise
-constexpr double kVisibleNoise = 0.15;  // mean change that noise must reach to be missed: below,
-                                        // compression has taken it away [grey levels]
+constexpr std::ptrdiff_t kManyPixels = 1 << 19;  // from here on a part of the rows says enough
+constexpr int kRowStep = 4;
+constexpr double kBlack = 4.0;    // below and
+constexpr double kWhite = 251.0;  // above these the sensor's noise is cut off [grey levels]
+constexpr int kMinBlocks = 16;    // not cut off, to speak of noise
+constexpr int kShares = 64;       // steps of the share of unequal pixels
+// A repeat coded anew errs by up to seven levels in its worst block; where a printed edge, 200
+// levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
+constexpr float kMotion = 8.0F;
+constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
+constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
+constexpr std::size_t kMinWitnesses = 8;
+constexpr double kUsual = 0.75;    // quantile: up to two frames of three may be repeats
+constexpr double kAlive = 0.1;     // usual share of unequal pixels from which noise can be missed
+constexpr double kMissing = 0.25;  // of the usual share; repeats hardly ever reach a tenth of it
+constexpr double kPresent = 0.5;   // of the usual share; other frames hardly ever stay below 0.6
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+using Shares = std::array<int, kShares + 1>;  // blocks by their share of unequal pixels
+
+/// The share that half of the blocks stay below.
+float median(const Shares& shares) {
+  const int wanted = std::accumulate(shares.begin(), shares.end(), 0) / 2;
+  int below = 0;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    below += shares[i];
+    if (below > wanted) return static_cast<float>(i) / kShares;
+  }
+  return 0.0F;
 }
 
 }  // namespace
 
 void DoubledFrames::add(const LumaFrame& frame) {
-  const std::size_t size =
-      static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
-  const bool first = m_before.size() != size;
-  m_before.resize(size);
-  const int columns = (frame.width_px + kBlock_px - 1) / kBlock_px;
-  std::vector<double> changes;
-  std::vector<unsigned> row_of_blocks(static_cast<std::size_t>(columns));
-  for (int top = 0; top < frame.height_px; top += kBlock_px) {
-    const int bottom = std::min(top + kBlock_px, frame.height_px);
-    std::fill(row_of_blocks.begin(), row_of_blocks.end(), 0U);
-    for (int y = top; y < bottom; ++y) {
+  const std::ptrdiff_t pixels = static_cast<std::ptrdiff_t>(frame.width_px) * frame.height_px;
+  const int step = pixels >= kManyPixels ? kRowStep : 1;
+  const int columns = frame.width_px / kBlock_px;
+  const int rows = frame.height_px / kBlock_px;
+  const auto row_bytes = static_cast<std::size_t>(columns) * kBlock_px;
+  const double block_pixels = kBlock_px * kBlock_px / step;
+  const bool first = m_before.empty();
+  m_before.resize(row_bytes * static_cast<std::size_t>(rows * kBlock_px / step));
+
+  Change change;
+  Shares all{};
+  Shares grey{};  // where neither black nor white cuts the noise off
+  double light = 0.0;
+  std::uint8_t* before = m_before.data();
+  for (int top = 0; top < rows; ++top) {
+    m_blocks.assign(static_cast<std::size_t>(columns), BlockSums{});
+    for (int y = top * kBlock_px; y < (top + 1) * kBlock_px; y += step) {
       const std::uint8_t* now = frame.pixels + y * frame.stride;
-      std::uint8_t* before = m_before.data() + static_cast<std::ptrdiff_t>(y) * frame.width_px;
-      for (int block = 0; !first && block < columns; ++block) {
-        unsigned sum = 0;
-        const int end = std::min((block + 1) * kBlock_px, frame.width_px);
-        for (int x = block * kBlock_px; x < end; ++x) {
-          sum += static_cast<unsigned>(std::abs(now[x] - before[x]));
-        }
-        row_of_blocks[static_cast<std::size_t>(block)] += sum;
-      }
-      std::memcpy(before, now, static_cast<std::size_t>(frame.width_px));
+      compare_rows(now, first ? now : before, frame.width_px, m_blocks);
+      std::memcpy(before, now, row_bytes);
+      before += row_bytes;
     }
-    for (int block = 0; block < columns; ++block) {
-      const int width = std::min((block + 1) * kBlock_px, frame.width_px) - block * kBlock_px;
-      changes.push_back(row_of_blocks[static_cast<std::size_t>(block)] /
-                        static_cast<double>(width * (bottom - top)));
+    for (const BlockSums& block : m_blocks) {
+      const double mean = block.light / block_pixels;
+      const auto share = static_cast<std::size_t>(kShares * block.unequal / block_pixels);
+      light += mean;
+      change.largest = std::max(change.largest, static_cast<float>(block.change / block_pixels));
+      ++all[share];
+      if (mean > kBlack && mean < kWhite) ++grey[share];
     }
   }
-  m_largest.push_back(*std::max_element(changes.begin(), changes.end()));
-  m_typical.push_back(median(std::move(changes)));
+  light /= std::max(1, rows * columns);
+  change.brightness = static_cast<float>(light - m_light);
+  change.unequal = median(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
+  m_light = light;
+  m_changes.push_back(change);
 }
 
-DoubledFrames::Verdict DoubledFrames::decide() const {
-  const std::size_t n = m_largest.size();
-  std::vector<bool> doubled(n, false);
-  std::vector<bool> changed(n, true);
-  if (n < 3) return {doubled, changed};
-  const double noise = median({m_typical.begin() + 1, m_typical.end()});
-  const auto largest_in = [&](std::size_t first, std::size_t last) {
-    double largest = 0.0;
-    for (std::size_t k = std::max<std::size_t>(first, 1); k < std::min(last, n); ++k) {
-      largest = std::max(largest, m_largest[k]);
-    }
-    return largest;
-  };
-  for (std::size_t i = 1; i < n; ++i) {
-    const double moving = std::min(largest_in(i > kNeighbours ? i - kNeighbours : 1, i),
-                                   largest_in(i + 1, i + 1 + kNeighbours));
-    const bool stands = moving > kMotion && m_largest[i] < kHardly * moving;
-    const bool silent = noise < kVisibleNoise || m_typical[i] < kNoNoise * noise;
-    doubled[i] = stands && silent;
-    changed[i] = m_largest[i] > kClearly * moving && m_largest[i] > kMotion;
+/// The share of unequal pixels that frames around this one show, where the light is steady.
+double DoubledFrames::usual_noise(std::size_t frame) const {
+  std::array<float, 2 * kWindow> witnesses{};
+  std::size_t count = 0;
+  const std::size_t last = std::min(frame + kWindow + 1, m_changes.size());
+  for (std::size_t k = std::max<std::size_t>(frame, kWindow + 1) - kWindow; k < last; ++k) {
+    if (k == frame || std::abs(m_changes[k].brightness) > kSteadyLight) continue;
+    witnesses[count++] = m_changes[k].unequal;
   }
-  return {doubled, changed};
+  if (count < kMinWitnesses) return 0.0;
+  const auto usual =
+      witnesses.begin() + static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(count - 1));
+  std::nth_element(
+      witnesses.begin(), usual, witnesses.begin() + static_cast<std::ptrdiff_t>(count));
+  return *usual;
 }
 
-std::vector<int> stands_against_motion(const std::vector<Eigen::Vector2d>& position_px,
-                                       const std::vector<double>& sigma_px) {
-  const std::size_t n = position_px.size();
-  std::vector<int> verdict(n, 0);
-  for (std::size_t i = 2; i + 2 < n; ++i) {
-    const auto& p = position_px;
-    // The cubic through the four neighbours.
-    const Eigen::Vector2d expected = (4.0 * (p[i - 1] + p[i + 1]) - p[i - 2] - p[i + 2]) / 6.0;
-    if (!expected.allFinite() || !p[i].allFinite()) continue;
-    const double step = (p[i] - p[i - 1]).norm();
-    // Before a release nothing should have moved.
-    const bool moved_before = (p[i - 1] - p[i - 2]).norm() > kStandsSigmas * sigma_px[i];
-    if (step > kMovesSigmas * sigma_px[i]) {
-      verdict[i] = -1;
-    } else if (moved_before && step < kStandsSigmas * sigma_px[i] &&
-               (p[i] - expected).norm() > kMovesSigmas * sigma_px[i]) {
-      verdict[i] = 1;
-    }
+std::vector<Likeness> DoubledFrames::decide() const {
+  std::vector<Likeness> likeness(m_changes.size(), Likeness::Different);
+  for (std::size_t n = 1; n < m_changes.size(); ++n) {
+    const Change& change = m_changes[n];
+    if (change.largest > kMotion) continue;
+    const double usual = usual_noise(n);
+    if (usual >= kAlive && change.unequal > kPresent * usual) continue;
+    const bool missing = usual >= kAlive && change.unequal < kMissing * usual;
+    likeness[n] = missing ? Likeness::Same : Likeness::Alike;
   }
-  return verdict;
+  return likeness;
 }
 
 }  // namespace twang::detail

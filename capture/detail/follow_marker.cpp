@@ -14,7 +14,6 @@
 namespace twang::detail {
 namespace {
 
-constexpr std::size_t kMemory = 12;       // positions behind a forecast
 constexpr double kForget = 0.2;           // weight of the newest in running means
 constexpr double kCapture = 0.3;          // alignment is trusted to converge from so far, in sizes
 constexpr double kLeastScoreDrop = 0.08;  // below the usual score that is allowed at any rate
@@ -22,84 +21,54 @@ constexpr double kScoreDropRatio = 3.0;   // and as a multiple of what the usual
 constexpr double kLeastScore = 0.5;
 constexpr double kContrastRange = 2.0;  // factor about the usual contrast, either way
 constexpr double kMostSigma_px = 0.5;
-// A video codec moves whole markers by so much (H.264 at a rate factor of 18 to 23, markers in
-// motion), which no residual within the marker shows.
-constexpr double kSigmaOfCoding_px = 0.015;
 constexpr double kMostTurn_rad = 25.0 * kRadiansPerDegree;  // between frames
-constexpr double kApart = 0.5;                              // of two markers' centres, in sizes
+constexpr double kApart = 0.5;                              // of two findings, in sizes
 constexpr double kReachSlack = 1.05;                        // a free vibration does not grow
 constexpr double kReachSlackSizes = 0.3;
 constexpr double kWidestGate = 4.0;  // in sizes
+constexpr double kGateSigmas = 4.0;  // about what companions say
 constexpr double kLeastCorrelation = 0.45;
-constexpr double kLookAlike = 0.75;  // correlation of a thing that could be taken for the marker
-constexpr double kLookAround = 6.0;  // for such things, in sizes
 constexpr double kVisibleBlur_px = 0.8;
 constexpr int kEnoughBlurs = 10;
-
-double nearest_look_alike(const LumaFrame& frame,
-                          const MarkerTemplate& marker,
-                          const Eigen::Matrix2d& px_from_pattern,
-                          const Eigen::Vector2d& at,
-                          double size_px) {
-  double nearest = kInfinity;
-  for (const MarkerPeak& peak :
-       search_marker(frame, marker, px_from_pattern, at, kLookAround * size_px, kLookAlike)) {
-    const double distance = (peak.position_px - at).norm();
-    if (distance > size_px) nearest = std::min(nearest, distance);
-  }
-  return nearest;
-}
+// What the three sources of a place are worth.
+constexpr double kTrustCompanion = 0.6;
+constexpr double kTrustReach = 0.1;
+constexpr double kReachSigma = 0.6;  // of the places within the reach, in reaches
+// A marker seen for the first time: how it may differ from what is usual.
+constexpr double kFirstScoreDrop = 0.06;
+constexpr double kFirstSizeMisfit = 0.15;
+constexpr double kFirstContrastRange = 2.0;
+constexpr int kBetterLooks = 12;  // frames after that in which it may be fitted anew
+constexpr double kTemplateBlur_px = 0.7;
 
 }  // namespace
 
-MarkerFollower::MarkerFollower(const LumaFrame& first,
-                               FittedMarker fitted,
-                               MarkerBackground background)
+MarkerFollower::MarkerFollower(FittedMarker fitted, const MarkerBackground& background)
     : m_marker(std::move(fitted.marker)),
       m_px_from_pattern(fitted.alignment.placement.px_from_pattern),
       m_background(background),
+      m_seen(true),
       m_size_px(placed_size_px(fitted.alignment.placement)),
       m_typical_score(fitted.alignment.score),
-      m_typical_contrast(fitted.alignment.contrast) {
+      m_typical_contrast(fitted.alignment.contrast),
+      m_forecast(background.rest_px, fitted.alignment.placement.position_px, m_size_px) {
   const Eigen::Vector2d& at = fitted.alignment.placement.position_px;
-  m_half_way_px = 0.5 * nearest_look_alike(first, m_marker, m_px_from_pattern, at, m_size_px);
-  m_recent.push_back(at);
-  m_predicted = at;
-  m_forecasts = {at, at};
   m_background.reach_px = std::max(m_background.reach_px, (at - m_background.rest_px).norm());
 }
 
-/// By constant velocity, and as a free vibration about rest: y(n+1) = κ y(n) − y(n−1) with κ from
-/// the recent samples by least squares; for a sinusoid κ = 2 cos(ω Δt).
-Eigen::Vector2d MarkerFollower::predict() {
-  const std::size_t n = m_recent.size();
-  const Eigen::Vector2d& last = m_recent.back();
-  if (n < 2) {
-    m_forecasts = {last, last};
-    return last;
-  }
-  const Eigen::Vector2d& before = m_recent[n - 2];
-  m_forecasts[0] = last + (last - before);
-  m_forecasts[1] = m_forecasts[0];
-  double product = 0.0;
-  double square = 0.0;
-  for (std::size_t i = 1; i + 1 < n; ++i) {
-    const Eigen::Vector2d y = m_recent[i] - m_background.rest_px;
-    const Eigen::Vector2d sum = m_recent[i - 1] + m_recent[i + 1] - 2.0 * m_background.rest_px;
-    product += y.dot(sum);
-    square += y.squaredNorm();
-  }
-  if (square > 0.0 && n >= 5) {
-    const double kappa = std::clamp(product / square, -2.0, 2.0);
-    m_forecasts[1] = m_background.rest_px + kappa * (last - m_background.rest_px) -
-                     (before - m_background.rest_px);
-  }
-  const Eigen::Vector2d& forecast = m_forecasts[m_forecast_error[1] < m_forecast_error[0] ? 1 : 0];
-  // A fast swing turns round; it does not go on beyond its reach.
-  if (within_reach(forecast) || (forecast - last).norm() < m_size_px) return forecast;
-  const Eigen::Vector2d out = forecast - m_background.rest_px;
-  return m_background.rest_px + out * (m_background.reach_px / out.norm());
-}
+MarkerFollower::MarkerFollower(const MarkerPattern& pattern,
+                               const MarkerPlacement& due,
+                               const MarkerBackground& background,
+                               const UsualLooks& usual)
+    : m_marker(pattern, placed_size_px(due), kTemplateBlur_px),
+      m_px_from_pattern(due.px_from_pattern),
+      m_background(background),
+      m_usual(usual),
+      m_seen(false),
+      m_size_px(placed_size_px(due)),
+      m_typical_score(usual.score),
+      m_typical_contrast(usual.contrast),
+      m_forecast(background.rest_px, background.rest_px, m_size_px) {}
 
 MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Vector2d& at) const {
   AlignOptions options;
@@ -107,7 +76,8 @@ MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Ve
   MarkerPlacement start{at, m_px_from_pattern, Eigen::Vector2d::Zero()};
   // Half of what it moved since the last frame and half of what it will: at a turning point the
   // marker is sharp.
-  const Eigen::Vector2d moved = m_frames_lost == 0 ? at - m_recent.back() : at - at;
+  Eigen::Vector2d moved = Eigen::Vector2d::Zero();
+  if (frames_lost() == 0) moved = at - m_forecast.last_px();
   const Eigen::Vector2d blur = m_blur_ratio * moved;
   const double visible = m_num_blurs < kEnoughBlurs ? moved.norm() : blur.norm();
   if (visible > 2.0 * kVisibleBlur_px) {
@@ -117,134 +87,203 @@ MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Ve
   return align_marker(frame, m_marker, start, options);
 }
 
-MarkerFollower::Verdict MarkerFollower::judge(const MarkerAlignment& found,
-                                              const std::vector<Eigen::Vector2d>& taken) const {
-  if (!found.converged) return {false, "nothing there looks like it"};
+/// Why what was found is not this marker by its looks; null if it may be.
+const char* MarkerFollower::doubt(const MarkerAlignment& found) const {
+  if (!found.converged) return "nothing there looks like it";
   const double drop = std::max(kLeastScoreDrop, kScoreDropRatio * (1.0 - m_typical_score));
-  if (found.score < std::max(kLeastScore, 1.0 - drop)) return {false, "it is hidden or blurred"};
+  if (found.score < std::max(kLeastScore, 1.0 - drop)) return "it is hidden or blurred";
   const double contrast = found.contrast / m_typical_contrast;
-  if (!(contrast < kContrastRange && contrast > 1.0 / kContrastRange)) {
-    return {false, "its contrast changed"};
-  }
-  if (!(found.sigma_px < kMostSigma_px)) return {false, "its place is too uncertain"};
-  if (std::abs(found.turn_rad) > kMostTurn_rad) return {false, "it seems to have turned too far"};
-  for (const Eigen::Vector2d& other : taken) {
-    if ((other - found.placement.position_px).norm() < kApart * m_size_px) {
-      return {false, "another marker is there"};
-    }
-  }
-  return {true, ""};
+  if (!(contrast < kContrastRange && contrast > 1.0 / kContrastRange))
+    return "its contrast changed";
+  if (!(found.sigma_px < kMostSigma_px)) return "its place is too uncertain";
+  if (std::abs(found.turn_rad) > kMostTurn_rad) return "it seems to have turned too far";
+  return nullptr;
 }
 
-/// How far from its last place it may be found beyond its reach.
-double MarkerFollower::gate_px() const {
-  const double moved = (m_predicted - m_recent.back()).norm();
-  const double gate = std::min(m_size_px * (1.0 + m_frames_lost), kWidestGate * m_size_px) + moved;
-  return std::min(gate, std::max(m_half_way_px, kCapture * m_size_px));
+/// A marker never seen so far: fitted with size and slant free and held to what is usual.
+MarkerFollower::Finding MarkerFollower::first_look(const LumaFrame& frame,
+                                                   const Eigen::Vector2d& at) const {
+  FittedMarker fitted = fit_marker(frame,
+                                   m_marker.pattern(),
+                                   {at, m_px_from_pattern, Eigen::Vector2d::Zero()},
+                                   kApart * m_size_px + 1.0);
+  Finding finding{fitted.alignment, nullptr, std::nullopt};
+  const MarkerAlignment& found = fitted.alignment;
+  const double size = placed_size_px(found.placement) / (m_size_px * m_usual.size_ratio);
+  const double contrast = m_usual.contrast > 0.0 ? found.contrast / m_usual.contrast : 1.0;
+  if (!found.converged) {
+    finding.why_not = "nothing there looks like it";
+  } else if (found.score < m_usual.score - kFirstScoreDrop || !(found.sigma_px < kMostSigma_px) ||
+             std::abs(std::log(size)) > kFirstSizeMisfit || contrast > kFirstContrastRange ||
+             contrast < 1.0 / kFirstContrastRange) {
+    finding.why_not = "it is hidden or blurred";
+  } else {
+    finding.fitted = std::move(fitted);
+  }
+  return finding;
+}
+
+MarkerFollower::Finding MarkerFollower::look_at(const LumaFrame& frame,
+                                                const Eigen::Vector2d& px) const {
+  if (!m_seen) return first_look(frame, px);
+  Finding finding{align_at(frame, px), nullptr, std::nullopt};
+  finding.why_not = doubt(finding.alignment);
+  return finding;
+}
+
+MarkerFollower::Finding MarkerFollower::look_ahead(const LumaFrame& frame) const {
+  const Forecast& forecast = m_forecast.next();
+  Eigen::Vector2d expected = forecast.px;
+  const Eigen::Vector2d last = m_forecast.last_px();
+  // A fast swing turns round; it does not go on beyond its reach.
+  if (!within_reach(expected) && (expected - last).norm() > m_size_px) {
+    const Eigen::Vector2d out = expected - rest_px();
+    expected = rest_px() + out * (m_background.reach_px / out.norm());
+  }
+  Finding finding = look_at(frame, expected);
+  const auto near = [&](const Finding& found) {
+    return found.good() && ((found.px() - expected).norm() < kCapture * m_size_px ||
+                            (found.px() - last).norm() < kCapture * m_size_px);
+  };
+  if (near(finding) || frames_lost() > 0) {
+    if (finding.good() && !near(finding)) finding.why_not = "nothing there looks like it";
+    return finding;
+  }
+  Finding at_last = look_at(frame, last);
+  if (near(at_last)) return at_last;
+  if (finding.good()) finding.why_not = "nothing there looks like it";
+  return finding;
+}
+
+double MarkerFollower::reach_px() const {
+  return kReachSlack * m_background.reach_px + kReachSlackSizes * m_size_px;
 }
 
 bool MarkerFollower::within_reach(const Eigen::Vector2d& px) const {
-  return (px - m_background.rest_px).norm() <
-         kReachSlack * m_background.reach_px + kReachSlackSizes * m_size_px;
+  return (px - rest_px()).norm() < reach_px();
 }
 
-bool MarkerFollower::allowed(const Eigen::Vector2d& px) const {
-  return within_reach(px) || (px - m_recent.back()).norm() < gate_px();
+/// How far from where it is expected it may be found beyond its reach.
+double MarkerFollower::gate_px() const {
+  if (!m_seen) return 0.0;
+  const double moved = frames_lost() == 0 ? (forecast().px - m_forecast.last_px()).norm() : 0.0;
+  const double gate = std::min(m_size_px * (1.0 + frames_lost()), kWidestGate * m_size_px) + moved;
+  return std::min(gate, std::max(m_half_way_px, kCapture * m_size_px));
 }
 
-std::optional<MarkerAlignment> MarkerFollower::search(const LumaFrame& frame,
-                                                      const std::vector<Eigen::Vector2d>& taken,
-                                                      std::string& why) const {
-  const double gate = gate_px();
-  const double reach = kReachSlack * m_background.reach_px + kReachSlackSizes * m_size_px;
-  const Eigen::Vector2d& last = m_recent.back();
-  const Eigen::Vector2d low = (last.array() - gate).min(m_background.rest_px.array() - reach);
-  const Eigen::Vector2d high = (last.array() + gate).max(m_background.rest_px.array() + reach);
-  std::vector<MarkerAlignment> good;
+bool MarkerFollower::allowed(const Eigen::Vector2d& px,
+                             const std::optional<Forecast>& companion) const {
+  if (within_reach(px)) return true;
+  if (companion && (px - companion->px).norm() <
+                       kGateSigmas * companion->sigma_px + kReachSlackSizes * m_size_px) {
+    return true;
+  }
+  return m_seen && (px - m_forecast.last_px()).norm() < gate_px();
+}
+
+std::vector<MarkerFollower::Finding> MarkerFollower::look_around(
+    const LumaFrame& frame, const std::optional<Forecast>& companion, const char*& why_not) const {
+  const auto box =
+      [](Eigen::Vector2d& low, Eigen::Vector2d& high, const Eigen::Vector2d& middle, double half) {
+        low = low.cwiseMin(Eigen::Vector2d(middle.array() - half));
+        high = high.cwiseMax(Eigen::Vector2d(middle.array() + half));
+      };
+  Eigen::Vector2d low = rest_px();
+  Eigen::Vector2d high = rest_px();
+  box(low, high, rest_px(), reach_px());
+  if (m_seen) box(low, high, m_forecast.last_px(), gate_px());
+  if (companion) {
+    box(low, high, companion->px, kGateSigmas * companion->sigma_px + kReachSlackSizes * m_size_px);
+  }
+  std::vector<Finding> good;
   for (const MarkerPeak& peak : search_marker(frame,
                                               m_marker,
                                               m_px_from_pattern,
                                               0.5 * (low + high),
                                               0.5 * (high - low).maxCoeff(),
                                               kLeastCorrelation)) {
-    const MarkerAlignment found = align_at(frame, peak.position_px);
-    const Eigen::Vector2d& px = found.placement.position_px;
-    if (!found.converged || !allowed(px)) continue;
-    const Verdict verdict = judge(found, taken);
-    const bool known = std::any_of(good.begin(), good.end(), [&](const MarkerAlignment& other) {
-      return (other.placement.position_px - px).norm() < kApart * m_size_px;
+    if (!allowed(peak.position_px, companion)) continue;
+    Finding finding = look_at(frame, peak.position_px);
+    if (!finding.alignment.converged || !allowed(finding.px(), companion)) continue;
+    if (!finding.good()) {
+      why_not = finding.why_not;
+      continue;
+    }
+    const bool known = std::any_of(good.begin(), good.end(), [&](const Finding& other) {
+      return (other.px() - finding.px()).norm() < kApart * m_size_px;
     });
-    if (verdict.good && !known) good.push_back(found);
-    if (!verdict.good) why = verdict.why;
+    if (!known) good.push_back(std::move(finding));
   }
-  if (good.empty()) return std::nullopt;
-  // A vibration stays within the reach it has shown: what lies farther out counts only if nothing
-  // lies within.
-  const auto beyond = std::stable_partition(good.begin(), good.end(), [&](const auto& found) {
-    return within_reach(found.placement.position_px);
-  });
-  if (beyond != good.begin()) good.erase(beyond, good.end());
-  const auto distance = [&](const MarkerAlignment& found) {
-    return (found.placement.position_px - m_predicted).norm();
-  };
-  const auto nearest = std::min_element(
-      good.begin(), good.end(), [&](const MarkerAlignment& a, const MarkerAlignment& b) {
-        return distance(a) < distance(b);
-      });
-  // Of several, only one where it was expected, by a forecast that is not stale.
-  if (good.size() > 1 && (m_frames_lost > 0 || distance(*nearest) > kCapture * m_size_px)) {
-    why = "several places look like it";
-    return std::nullopt;
-  }
-  return *nearest;
+  return good;
 }
 
-void MarkerFollower::accept(const MarkerAlignment& found) {
-  const Eigen::Vector2d& px = found.placement.position_px;
-  if (m_frames_lost > 0) m_recent.clear();
-  for (std::size_t k = 0; k < m_forecasts.size() && m_frames_lost == 0; ++k) {
-    m_forecast_error[k] += kForget * ((m_forecasts[k] - px).norm() - m_forecast_error[k]);
+std::vector<Eigen::Vector2d> MarkerFollower::look_alikes(const LumaFrame& frame,
+                                                         double sizes,
+                                                         double least) const {
+  const Eigen::Vector2d& at = m_forecast.last_px();
+  std::vector<Eigen::Vector2d> others;
+  for (const MarkerPeak& peak :
+       search_marker(frame, m_marker, m_px_from_pattern, at, sizes * m_size_px, least)) {
+    if ((peak.position_px - at).norm() > m_size_px) others.push_back(peak.position_px);
   }
-  const double moved = m_recent.empty() ? 0.0 : (px - m_recent.back()).norm();
-  const double blur = found.placement.motion_px.norm();
-  if (blur > 0.0 && moved > 2.0 * kVisibleBlur_px) {
-    m_blur_ratio += kForget * (std::min(blur / moved, 1.0) - m_blur_ratio);
-    ++m_num_blurs;
+  return others;
+}
+
+double MarkerFollower::cost(const Eigen::Vector2d& px,
+                            const std::optional<Forecast>& companion) const {
+  if (!allowed(px, companion)) return kInfinity;
+  const auto density = [&](const Eigen::Vector2d& middle, double sigma_px) {
+    const double sigma = sigma_px / m_size_px;
+    const double square = (px - middle).squaredNorm() / (m_size_px * m_size_px);
+    return std::exp(-0.5 * square / (sigma * sigma)) / (kTwoPi * sigma * sigma);
+  };
+  const double by_companion = companion ? kTrustCompanion : 0.0;
+  const double by_motion = m_seen ? (1.0 - by_companion) * (1.0 - kTrustReach) : 0.0;
+  double sum = (1.0 - by_companion - by_motion) *
+               density(rest_px(), std::max(kReachSigma * reach_px(), kCapture * m_size_px));
+  if (companion) sum += by_companion * density(companion->px, companion->sigma_px);
+  if (m_seen) sum += by_motion * density(forecast().px, forecast().sigma_px);
+  return -2.0 * std::log(std::max(sum, 1e-12));
+}
+
+/// The first sight of a marker may have been a poor one (a hand just leaving it): for some frames a
+/// better fit replaces it.
+void MarkerFollower::look_better(const LumaFrame& frame, const MarkerAlignment& found) {
+  --m_better_looks;
+  FittedMarker again = fit_marker(frame, m_marker.pattern(), found.placement, kCapture * m_size_px);
+  if (!again.alignment.converged || again.alignment.score <= m_typical_score) return;
+  m_marker = std::move(again.marker);
+  m_px_from_pattern = again.alignment.placement.px_from_pattern;
+  m_size_px = placed_size_px(again.alignment.placement);
+  m_typical_score = again.alignment.score;
+  m_typical_contrast = again.alignment.contrast;
+}
+
+void MarkerFollower::accept(const LumaFrame& frame, Finding finding) {
+  const MarkerAlignment& found = finding.alignment;
+  const Eigen::Vector2d& px = found.placement.position_px;
+  if (!m_seen && finding.fitted) {
+    m_seen = true;
+    m_marker = std::move(finding.fitted->marker);
+    m_size_px = placed_size_px(found.placement);
+    m_typical_score = found.score;
+    m_typical_contrast = found.contrast;
+    m_better_looks = kBetterLooks;
+    m_forecast = MotionForecast(m_background.rest_px, px, m_size_px);
+  } else {
+    const double moved = frames_lost() == 0 ? (px - m_forecast.last_px()).norm() : 0.0;
+    const double blur = found.placement.motion_px.norm();
+    if (blur > 0.0 && moved > 2.0 * kVisibleBlur_px) {
+      m_blur_ratio += kForget * (std::min(blur / moved, 1.0) - m_blur_ratio);
+      ++m_num_blurs;
+    }
+    m_typical_score += kForget * (found.score - m_typical_score);
+    m_typical_contrast += kForget * (found.contrast - m_typical_contrast);
+    m_forecast.found(px);
   }
   m_px_from_pattern = found.placement.px_from_pattern;
-  m_typical_score += kForget * (found.score - m_typical_score);
-  m_typical_contrast += kForget * (found.contrast - m_typical_contrast);
-  m_background.reach_px = std::max(m_background.reach_px, (px - m_background.rest_px).norm());
-  m_recent.push_back(px);
-  if (m_recent.size() > kMemory) m_recent.pop_front();
-  m_frames_lost = 0;
-}
-
-MarkerSample MarkerFollower::follow(const LumaFrame& frame,
-                                    const std::vector<Eigen::Vector2d>& taken) {
-  m_predicted = predict();
-  std::optional<MarkerAlignment> found;
-  std::string why = "nothing there looks like it";
-  for (const Eigen::Vector2d& start : {m_predicted, m_recent.back()}) {
-    if (m_frames_lost > 0) break;  // the forecast is stale: look everywhere
-    const MarkerAlignment tried = align_at(frame, start);
-    const Eigen::Vector2d& px = tried.placement.position_px;
-    const bool near = (px - m_predicted).norm() < kCapture * m_size_px ||
-                      (px - m_recent.back()).norm() < kCapture * m_size_px;
-    const Verdict verdict = judge(tried, taken);
-    if (verdict.good && near && allowed(px)) {
-      found = tried;
-      break;
-    }
-    if (!verdict.good) why = verdict.why;
-  }
-  if (!found) found = search(frame, taken, why);
-  if (!found) {
-    ++m_frames_lost;
-    return {Eigen::Vector2d::Constant(kNaN), kNaN, why};
-  }
-  accept(*found);
-  return {found->placement.position_px, std::hypot(found->sigma_px, kSigmaOfCoding_px), ""};
+  m_background.reach_px = std::max(m_background.reach_px, (px - rest_px()).norm());
+  if (m_better_looks > 0) look_better(frame, found);
 }
 
 }  // namespace twang::detail

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/marker_candidates.hpp"
 
+#include "capture/detail/find_tags.hpp"
 #include "capture/fit_marker.hpp"
 #include "core/constants.hpp"
 #include "core/units.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <opencv2/imgproc.hpp>
 
@@ -136,6 +138,38 @@ std::optional<MarkerCandidate> align_guess(const LumaFrame& frame,
   return best;
 }
 
+/// Tags, aligned from where they were read.
+std::vector<MarkerCandidate> tag_candidates(const LumaFrame& frame,
+                                            const std::vector<MarkerPattern>& patterns,
+                                            const SearchBox& box,
+                                            TemplateStore& templates) {
+  LumaFrame part = frame;
+  part.pixels += box.y0 * frame.stride + box.x0;
+  part.width_px = box.x1 - box.x0;
+  part.height_px = box.y1 - box.y0;
+  std::vector<MarkerCandidate> candidates;
+  for (const FoundTag& tag : find_tags(part, patterns)) {
+    MarkerPlacement start = tag.placement;
+    start.position_px += Eigen::Vector2d(box.x0, box.y0);
+    const Guess guess{start.position_px, placed_size_px(start)};
+    const MarkerPattern& pattern = patterns[tag.pattern];
+    AlignOptions options;
+    options.fit_shape = true;
+    options.farthest_px = 0.5 * guess.size_px;
+    const MarkerAlignment aligned =
+        align_marker(frame, templates.get(pattern, guess.size_px), start, options);
+    if (!plausible(aligned, guess)) continue;
+    candidates.push_back(
+        {pattern, aligned.placement, placed_size_px(aligned.placement), aligned.score});
+  }
+  return candidates;
+}
+
+bool lies_within(const Eigen::Vector2d& px, const MarkerCandidate& tag) {
+  const Eigen::Vector2d offset = px - tag.placement.position_px;
+  return (tag.placement.px_from_pattern.inverse() * offset).cwiseAbs().maxCoeff() < 0.5;
+}
+
 bool same_place(const MarkerCandidate& a, const MarkerCandidate& b) {
   return (a.placement.position_px - b.placement.position_px).norm() <
          kSamePlace * std::max(a.size_px, b.size_px);
@@ -166,10 +200,16 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
   auto* first = const_cast<std::uint8_t*>(frame.pixels + box.y0 * frame.stride + box.x0);
   const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(frame.stride));
 
+  const auto tags = tag_candidates(frame, patterns, box, templates);
+  const auto in_a_tag = [&tags](const Eigen::Vector2d& px) {
+    return std::any_of(
+        tags.begin(), tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
+  };
   std::vector<MarkerCandidate> found;
   for (const int window_px : kWindows_px) {
     if (window_px > 2 * std::min(width, height)) break;
     for (const Blob& blob : find_blobs(grey, box, window_px)) {
+      if (in_a_tag(blob.centre_px)) continue;
       for (const MarkerPattern& pattern : patterns) {
         for (const Guess& guess : guesses(pattern, blob)) {
           const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
@@ -185,6 +225,8 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
       }
     }
   }
+  std::erase_if(found, [&](const auto& other) { return in_a_tag(other.placement.position_px); });
+  found.insert(found.end(), tags.begin(), tags.end());
   std::stable_sort(
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
   std::vector<MarkerCandidate> best;

@@ -34,9 +34,10 @@ class TemplateStore {
   std::map<std::pair<MarkerPattern, int>, MarkerTemplate> m_templates;
 };
 
-/// Everything in `box` that looks like a marker of one of `patterns`: dark blobs on a lighter
-/// surround at several scales, each aligned with the ideal picture and judged by its score. Where
-/// several patterns fit one place, the best.
+/// Everything in `box` that looks like a marker of one of `patterns`: tags that can be read, and
+/// dark blobs on a lighter surround at several scales, each aligned with the ideal picture and
+/// judged by its score. Where several patterns fit one place, the best; nothing within a tag. A
+/// patch has no ideal picture and is not found here.
 [[nodiscard]] std::vector<MarkerCandidate> find_candidates(
     const LumaFrame& frame,
     const std::vector<MarkerPattern>& patterns,

@@ -1,141 +1,91 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/match_constellation.hpp"
 
+#include "capture/detail/judge_constellation.hpp"
+#include "capture/detail/layout_map.hpp"
 #include "core/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
+#include <set>
+#include <utility>
 
 namespace twang::detail {
 namespace {
 
-using Complex = std::complex<double>;
-
-constexpr double kMissing = 16.0;      // price of a marker that is not there: four sigmas
-constexpr double kFarthest = 12.0;     // largest squared deviation of one that is
-constexpr double kSigmaSize = 0.12;    // of the size, relative: print, perspective, blur
-constexpr double kSigmaScore = 0.06;   // of one minus the score
-constexpr double kSigmaPlace = 0.025;  // perspective and lens, of the layout's extent
-constexpr double kAboutAsGood = 4.0;   // a likelihood ratio of e²
+constexpr double kSigmaSize = 0.12;   // of the size, relative: print, perspective, blur
+constexpr double kAboutAsGood = 4.0;  // a likelihood ratio of e²
 constexpr std::size_t kMostKept = 64;
-
-Complex complex(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
-
-double distance_to_segment(Complex point, Complex from, Complex along) {
-  const double square = std::norm(along);
-  const Complex offset = point - from;
-  const double t =
-      square > 0.0 ? std::clamp((std::conj(along) * offset).real() / square, 0.0, 1.0) : 0.0;
-  return std::abs(offset - t * along);
-}
+constexpr std::size_t kMostPairs = 64;
+constexpr int kMostCandidates = 300;  // for hypotheses, best first
 
 class Search {
  public:
   Search(const std::vector<LayoutMarker>& markers,
          const std::vector<MarkerCandidate>& candidates,
          double most_turn_rad)
-      : m_markers(markers), m_candidates(candidates), m_most_turn(most_turn_rad) {
-    for (const LayoutMarker& a : markers) {
-      for (const LayoutMarker& b : markers) {
-        m_extent = std::max(m_extent, (a.rest - b.rest).norm());
-      }
+      : m_markers(markers),
+        m_candidates(candidates),
+        m_judge(markers, candidates),
+        m_most_turn(most_turn_rad),
+        m_low(markers.front().rest),
+        m_high(markers.front().rest) {
+    for (const LayoutMarker& marker : markers) {
+      m_low = m_low.cwiseMin(marker.rest);
+      m_high = m_high.cwiseMax(marker.rest);
     }
-    if (m_extent == 0.0) m_extent = markers.front().size_m;
   }
 
   ConstellationMatch run();
 
  private:
-  bool may_be(const LayoutMarker& marker, int candidate) const;
-  double deviation(const LayoutMarker& marker, int candidate, const PlaneSimilarity& map) const;
-  Constellation assign(const PlaneSimilarity& map) const;
-  PlaneSimilarity refit(const Constellation& found) const;
-  void judge(const PlaneSimilarity& guess);
+  using Pair = std::pair<std::size_t, std::size_t>;
+
+  [[nodiscard]] const MarkerCandidate& at(int candidate) const {
+    return m_candidates[static_cast<std::size_t>(candidate)];
+  }
+  void judge(const Homography& guess);
   void keep(const Constellation& found);
   void keep_alternatives(const Constellation& found);
+  [[nodiscard]] std::vector<Pair> pairs(bool fixed_only) const;
   void try_pairs(bool fixed_only);
+  void try_pair(const Pair& pair, int a, int b);
   void try_singles();
   [[nodiscard]] int most_matched() const;
 
   const std::vector<LayoutMarker>& m_markers;
   const std::vector<MarkerCandidate>& m_candidates;
+  ConstellationJudge m_judge;
   double m_most_turn;
-  double m_extent = 0.0;               // of the layout [m]
-  std::vector<Constellation> m_found;  // distinct, best first
+  Eigen::Vector2d m_low, m_high;
+  std::vector<Constellation> m_found;     // distinct, best first
+  std::set<std::array<long, 4>> m_tried;  // guesses, coarsely
 };
 
-bool Search::may_be(const LayoutMarker& marker, int candidate) const {
-  if (marker.given >= 0) return marker.given == candidate;
-  return m_candidates[static_cast<std::size_t>(candidate)].pattern == marker.pattern;
-}
-
-/// Squared deviation of a candidate from what the map says of a marker, in sigmas.
-double Search::deviation(const LayoutMarker& marker,
-                         int candidate,
-                         const PlaneSimilarity& map) const {
-  const MarkerCandidate& c = m_candidates[static_cast<std::size_t>(candidate)];
-  const double px_per_m = std::abs(map.scale);
-  const Complex rest = map.scale * complex(marker.rest) + map.shift;
-  const double beside = distance_to_segment(
-      complex(c.placement.position_px), rest, map.scale * complex(marker.reach));
-  const double sigma = px_per_m * std::hypot(kSigmaPlace * m_extent, marker.loose);
-  const double size = std::log(c.size_px / (marker.size_m * px_per_m)) / kSigmaSize;
-  const double score = (1.0 - c.score) / kSigmaScore;
-  return beside * beside / (sigma * sigma) + size * size + score * score;
-}
-
-/// One-to-one assignment under a map: the cheapest pair first.
-Constellation Search::assign(const PlaneSimilarity& map) const {
-  std::vector<std::tuple<double, int, int>> pairs;
-  for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    for (int c = 0; c < static_cast<int>(m_candidates.size()); ++c) {
-      if (!may_be(m_markers[i], c)) continue;
-      const double cost = deviation(m_markers[i], c, map);
-      const double limit = m_markers[i].given >= 0 ? kInfinity : kFarthest;
-      if (cost < limit) pairs.emplace_back(cost, static_cast<int>(i), c);
-    }
+void Search::judge(const Homography& guess) {
+  const double step = ConstellationJudge::rough_sigma() * m_judge.extent() * guess.col(0).norm();
+  const Eigen::Vector2d low = map_point(guess, m_low) / step;
+  const Eigen::Vector2d high = map_point(guess, m_high) / step;
+  if (!m_tried
+           .insert({std::lround(2.0 * low.x()),
+                    std::lround(2.0 * low.y()),
+                    std::lround(2.0 * high.x()),
+                    std::lround(2.0 * high.y())})
+           .second) {
+    return;
   }
-  std::sort(pairs.begin(), pairs.end());
-  Constellation result{std::vector<int>(m_markers.size(), -1), map, 0.0, 0};
-  for (const auto& [cost, marker, candidate] : pairs) {
-    int& place = result.candidate[static_cast<std::size_t>(marker)];
-    const auto& taken = result.candidate;
-    if (place >= 0 || std::find(taken.begin(), taken.end(), candidate) != taken.end()) continue;
-    place = candidate;
-    result.cost += cost;
-    ++result.num_matched;
-  }
-  result.cost += kMissing * static_cast<double>(m_markers.size() -
-                                                static_cast<std::size_t>(result.num_matched));
-  return result;
-}
-
-/// The map through the fixed markers that were matched, through all if those are under two.
-PlaneSimilarity Search::refit(const Constellation& found) const {
-  std::array<std::vector<Eigen::Vector2d>, 2> plane, px;  // all, fixed
-  for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    if (found.candidate[i] < 0) continue;
-    const auto c = static_cast<std::size_t>(found.candidate[i]);
-    plane[0].push_back(m_markers[i].rest);
-    px[0].push_back(m_candidates[c].placement.position_px);
-    if (!m_markers[i].fixed) continue;
-    plane[1].push_back(m_markers[i].rest);
-    px[1].push_back(m_candidates[c].placement.position_px);
-  }
-  const std::size_t use = plane[1].size() >= 2 ? 1 : 0;
-  return plane[use].size() >= 2 ? fit_similarity(plane[use], px[use]) : found.px_from_plane;
-}
-
-void Search::judge(const PlaneSimilarity& guess) {
-  Constellation found = assign(guess);
-  if (found.num_matched < std::max(1, most_matched() - 1)) return;
-  found = assign(refit(found));
-  if (std::abs(std::arg(found.px_from_plane.scale)) > m_most_turn) return;
-  if (!m_found.empty() && found.cost > m_found.front().cost + 4.0 * kAboutAsGood) return;
-  keep(found);
-  keep_alternatives(found);
+  const int least = std::max(1, most_matched() - 1);
+  auto found = m_judge.assign_roughly(guess, least);
+  if (!found) return;
+  for (const double slack : {2.0, 1.0}) found = m_judge.assign(m_judge.refit(*found), slack);
+  if (found->num_matched < least) return;
+  const Eigen::Matrix2d turned = map_jacobian(found->px_from_plane, 0.5 * (m_low + m_high));
+  const double turn = std::atan2(turned(1, 0) - turned(0, 1), turned(0, 0) + turned(1, 1));
+  if (std::abs(turn) > m_most_turn) return;
+  found->cost = m_judge.cost(*found);
+  if (!m_found.empty() && found->cost > m_found.front().cost + 4.0 * kAboutAsGood) return;
+  keep(*found);
 }
 
 /// Files an assignment by its cost, once.
@@ -157,29 +107,21 @@ void Search::keep(const Constellation& found) {
 
 /// Under the same map: one marker is another candidate, or two have changed places.
 void Search::keep_alternatives(const Constellation& found) {
-  const PlaneSimilarity& map = found.px_from_plane;
-  const auto try_with = [&](Constellation other, double added) {
-    if (!(added < kAboutAsGood)) return;
-    other.cost = found.cost + added;
-    keep(other);
-  };
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
     const int own = found.candidate[i];
     if (own < 0 || m_markers[i].given >= 0) continue;
-    const double cost = deviation(m_markers[i], own, map);
     for (int c = 0; c < static_cast<int>(m_candidates.size()); ++c) {
-      if (c == own || !may_be(m_markers[i], c)) continue;
+      if (c == own || !m_judge.may_be(m_markers[i], c)) continue;
       Constellation other = found;
       const auto owner = std::find(found.candidate.begin(), found.candidate.end(), c);
       other.candidate[i] = c;
-      double added = deviation(m_markers[i], c, map) - cost;
       if (owner != found.candidate.end()) {
         const auto k = static_cast<std::size_t>(owner - found.candidate.begin());
-        if (!may_be(m_markers[k], own)) continue;
+        if (!m_judge.may_be(m_markers[k], own)) continue;
         other.candidate[k] = own;
-        added += deviation(m_markers[k], own, map) - deviation(m_markers[k], c, map);
       }
-      try_with(other, added);
+      other.cost = m_judge.cost(other);
+      if (other.cost < found.cost + kAboutAsGood) keep(other);
     }
   }
 }
@@ -190,33 +132,61 @@ int Search::most_matched() const {
   return most;
 }
 
+/// Pairs to start from, the farthest apart first; of many, such that every marker has its share.
+std::vector<Search::Pair> Search::pairs(bool fixed_only) const {
+  std::vector<std::pair<double, Pair>> all;
+  for (std::size_t i = 0; i < m_markers.size(); ++i) {
+    for (std::size_t k = i + 1; k < m_markers.size(); ++k) {
+      const LayoutMarker& first = m_markers[i];
+      const LayoutMarker& second = m_markers[k];
+      const double distance = (second.rest - first.rest).norm();
+      if (fixed_only && !(first.fixed && second.fixed)) continue;
+      if (distance < 0.5 * (first.size_m + second.size_m)) continue;
+      all.push_back({-distance, {i, k}});
+    }
+  }
+  std::sort(all.begin(), all.end());
+  const std::size_t share = 1 + 2 * kMostPairs / m_markers.size();
+  std::vector<std::size_t> used(m_markers.size(), 0);
+  std::vector<Pair> chosen;
+  for (const auto& [distance, pair] : all) {
+    if (all.size() > kMostPairs && std::max(used[pair.first], used[pair.second]) >= share) continue;
+    ++used[pair.first];
+    ++used[pair.second];
+    chosen.push_back(pair);
+  }
+  return chosen;
+}
+
+void Search::try_pair(const Pair& pair, int a, int b) {
+  const LayoutMarker& first = m_markers[pair.first];
+  const LayoutMarker& second = m_markers[pair.second];
+  const Eigen::Vector2d base = second.rest - first.rest;
+  const Eigen::Vector2d span = at(b).placement.position_px - at(a).placement.position_px;
+  const double px_per_m = span.norm() / base.norm();
+  const auto misfit = [&](const LayoutMarker& marker, int candidate) {
+    return std::abs(std::log(at(candidate).size_px / (marker.size_m * px_per_m)));
+  };
+  const double turn = std::atan2(base.x() * span.y() - base.y() * span.x(), base.dot(span));
+  if (std::abs(turn) > m_most_turn || misfit(first, a) > 3.0 * kSigmaSize ||
+      misfit(second, b) > 3.0 * kSigmaSize) {
+    return;
+  }
+  judge(fit_weighted_similarity({{first.rest, at(a).placement.position_px, 1.0},
+                                 {second.rest, at(b).placement.position_px, 1.0}}));
+}
+
 void Search::try_pairs(bool fixed_only) {
   const int num_candidates = static_cast<int>(m_candidates.size());
-  for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    for (std::size_t j = i + 1; j < m_markers.size(); ++j) {
-      const LayoutMarker& first = m_markers[i];
-      const LayoutMarker& second = m_markers[j];
-      if (fixed_only && !(first.fixed && second.fixed)) continue;
-      const Complex base = complex(second.rest - first.rest);
-      if (std::abs(base) < 0.5 * (first.size_m + second.size_m)) continue;
-      for (int a = 0; a < num_candidates; ++a) {
-        if (!may_be(first, a)) continue;
-        const MarkerCandidate& at_a = m_candidates[static_cast<std::size_t>(a)];
-        for (int b = 0; b < num_candidates; ++b) {
-          if (b == a || !may_be(second, b)) continue;
-          const MarkerCandidate& at_b = m_candidates[static_cast<std::size_t>(b)];
-          const Complex span = complex(at_b.placement.position_px - at_a.placement.position_px);
-          const Complex scale = span / base;
-          const double px_per_m = std::abs(scale);
-          const auto misfit = [&](const LayoutMarker& marker, const MarkerCandidate& candidate) {
-            return std::abs(std::log(candidate.size_px / (marker.size_m * px_per_m)));
-          };
-          if (std::abs(std::arg(scale)) > m_most_turn || misfit(first, at_a) > 3.0 * kSigmaSize ||
-              misfit(second, at_b) > 3.0 * kSigmaSize) {
-            continue;
-          }
-          judge({scale, complex(at_a.placement.position_px) - scale * complex(first.rest)});
-        }
+  const auto tried = [&](std::size_t marker, int candidate) {
+    const LayoutMarker& m = m_markers[marker];
+    return m_judge.may_be(m, candidate) && (candidate < kMostCandidates || m.given >= 0);
+  };
+  for (const Pair& pair : pairs(fixed_only)) {
+    for (int a = 0; a < num_candidates; ++a) {
+      if (!tried(pair.first, a)) continue;
+      for (int b = 0; b < num_candidates; ++b) {
+        if (b != a && tried(pair.second, b)) try_pair(pair, a, b);
       }
     }
   }
@@ -226,10 +196,12 @@ void Search::try_pairs(bool fixed_only) {
 void Search::try_singles() {
   for (const LayoutMarker& marker : m_markers) {
     for (int c = 0; c < static_cast<int>(m_candidates.size()); ++c) {
-      if (!may_be(marker, c)) continue;
-      const MarkerCandidate& at = m_candidates[static_cast<std::size_t>(c)];
-      const Complex scale = at.size_px / marker.size_m;
-      judge({scale, complex(at.placement.position_px) - scale * complex(marker.rest)});
+      if (!m_judge.may_be(marker, c)) continue;
+      const double scale = at(c).size_px / marker.size_m;
+      Homography map = Homography::Identity();
+      map.topLeftCorner<2, 2>() *= scale;
+      map.topRightCorner<2, 1>() = at(c).placement.position_px - scale * marker.rest;
+      judge(map);
     }
   }
 }
@@ -240,37 +212,18 @@ ConstellationMatch Search::run() {
   if (!complete()) try_pairs(false);
   if (m_found.empty() || m_markers.size() == 1) try_singles();
   ConstellationMatch match;
-  for (const Constellation& found : m_found) {
-    if (found.cost < m_found.front().cost + kAboutAsGood) match.about_as_good.push_back(found);
+  if (m_found.empty()) return match;
+  const std::vector<Constellation> found = m_found;
+  for (const Constellation& one : found) {
+    if (one.cost < found.front().cost + kAboutAsGood) keep_alternatives(one);
+  }
+  for (const Constellation& one : m_found) {
+    if (one.cost < m_found.front().cost + kAboutAsGood) match.about_as_good.push_back(one);
   }
   return match;
 }
 
 }  // namespace
-
-Eigen::Vector2d PlaneSimilarity::apply(const Eigen::Vector2d& plane) const {
-  const Complex z = scale * complex(plane) + shift;
-  return {z.real(), z.imag()};
-}
-
-PlaneSimilarity fit_similarity(const std::vector<Eigen::Vector2d>& plane,
-                               const std::vector<Eigen::Vector2d>& px) {
-  const double n = static_cast<double>(plane.size());
-  Complex mean_plane = 0.0;
-  Complex mean_px = 0.0;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    mean_plane += complex(plane[i]) / n;
-    mean_px += complex(px[i]) / n;
-  }
-  Complex product = 0.0;
-  double square = 0.0;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    product += std::conj(complex(plane[i]) - mean_plane) * (complex(px[i]) - mean_px);
-    square += std::norm(complex(plane[i]) - mean_plane);
-  }
-  const Complex scale = product / square;
-  return {scale, mean_px - scale * mean_plane};
-}
 
 ConstellationMatch match_constellation(const std::vector<LayoutMarker>& markers,
                                        const std::vector<MarkerCandidate>& candidates,

@@ -2,27 +2,14 @@
 #pragma once
 
 #include "capture/detail/marker_candidates.hpp"
+#include "capture/plane_map.hpp"
 #include "rigs/rig.hpp"
 
 #include <Eigen/Core>
 
-#include <complex>
 #include <vector>
 
 namespace twang::detail {
-
-/// A map plane -> picture without reflection: z_px = scale z + shift, in complex numbers with the
-/// picture's axes (x right, y down) [px/m], [px].
-struct PlaneSimilarity {
-  std::complex<double> scale = 0.0;
-  std::complex<double> shift = 0.0;
-
-  [[nodiscard]] Eigen::Vector2d apply(const Eigen::Vector2d& plane) const;
-};
-
-/// The similarity that takes `plane` to `px` with the least squares; two points or more.
-[[nodiscard]] PlaneSimilarity fit_similarity(const std::vector<Eigen::Vector2d>& plane,
-                                             const std::vector<Eigen::Vector2d>& px);
 
 /// A marker as the layout search sees it.
 struct LayoutMarker {
@@ -38,8 +25,8 @@ struct LayoutMarker {
 
 /// Which candidate each marker is.
 struct Constellation {
-  std::vector<int> candidate;  ///< one a marker; -1: none found
-  PlaneSimilarity px_from_plane;
+  std::vector<int> candidate;                         ///< one a marker; -1: none found
+  Homography px_from_plane = Homography::Identity();  ///< rest plane -> picture [px]
   double cost = 0.0;    ///< sum of squared deviations in sigmas, a fixed price for each missing one
   int num_matched = 0;  ///< markers with a candidate
 };
@@ -49,10 +36,17 @@ struct ConstellationMatch {
   std::vector<Constellation> about_as_good;  ///< best first; empty if nothing fits at all
 };
 
-/// Finds the assignment of candidates to markers under which the picture is a similarity of the
-/// rig's layout, turned by no more than `most_turn_rad`, sizes included.
+/// Finds the assignment of candidates to markers under which the picture is the rig's layout seen
+/// at any scale and at a slant, turned by no more than `most_turn_rad`, sizes included.
 ///
-/// Hypotheses come from pairs (fixed markers first: they are at rest) and are judged by all others.
+/// Hypotheses are similarities through pairs (fixed markers first: they are at rest); those under
+/// which enough of the others have a candidate are refined to a homography held to a similarity by
+/// what tilt and perspective are to be expected, and judged again: by the places, the sizes, the
+/// scores, and by how much neighbouring moving markers have moved against each other. How far
+/// moving markers have gone at all is fitted, so that equal dots at rest are not taken to have
+/// changed places.
+///
+/// Cost: O(candidates²) hypotheses of O(markers x candidates), most of them given up early.
 [[nodiscard]] ConstellationMatch match_constellation(const std::vector<LayoutMarker>& markers,
                                                      const std::vector<MarkerCandidate>& candidates,
                                                      double most_turn_rad);

@@ -12,7 +12,7 @@ namespace {
 
 // Half the side of the picture that is correlated, in sizes: the marker and a rim of paper.
 constexpr double kHalfSide = 0.6;
-constexpr std::size_t kMostPeaks = 8;
+constexpr std::size_t kMostPeaks = 16;
 constexpr double kApart = 0.5;  // peaks, in sizes
 
 cv::Mat draw_marker(const MarkerTemplate& marker, const Eigen::Matrix2d& px_from_pattern) {

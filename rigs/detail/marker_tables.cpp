@@ -3,6 +3,7 @@
 #include "core/units.hpp"
 #include "rigs/detail/part_surface.hpp"
 #include "rigs/detail/rig_tables.hpp"
+#include "rigs/marker_dictionary.hpp"
 
 #include <fmt/format.h>
 
@@ -53,6 +54,23 @@ void check_on_surface(const TomlTable& table, const Marker& marker, const Rig& r
   }
 }
 
+void check_tag(const TomlTable& table, const Marker& marker) {
+  const MarkerDictionary* dictionary = find_marker_dictionary(marker.kind, marker.dictionary);
+  if (dictionary == nullptr) {
+    table.refuse("dictionary", "one of " + marker_dictionary_names(marker.kind));
+  }
+  if (marker.tag >= dictionary->num_tags) {
+    table.refuse("tag", fmt::format("0 to {} in {}", dictionary->num_tags - 1, dictionary->name));
+  }
+}
+
+/// Whether two markers would be the same picture: shorter dictionaries are beginnings of longer.
+bool same_tag(const Marker& a, const Marker& b) {
+  const MarkerDictionary* of_a = find_marker_dictionary(a.kind, a.dictionary);
+  const MarkerDictionary* of_b = find_marker_dictionary(b.kind, b.dictionary);
+  return of_a != nullptr && of_b != nullptr && of_a->table == of_b->table && a.tag == b.tag;
+}
+
 Marker read_marker(const TomlTable& table) {
   std::vector<std::string> kinds;
   for (const MarkerKind kind : kMarkerKinds) kinds.emplace_back(to_string(kind));
@@ -71,6 +89,7 @@ Marker read_marker(const TomlTable& table) {
   if (is_tag) {
     marker.dictionary = table.text("dictionary");
     marker.tag = table.count("tag");
+    check_tag(table, marker);
   }
   return marker;
 }
@@ -85,6 +104,12 @@ std::vector<Marker> read_markers(const TomlTable& document, const Rig& rig) {
           return other.id == marker.id;
         })) {
       table.refuse("id", "unique, another marker has it");
+    }
+    const auto twin = std::find_if(markers.begin(), markers.end(), [&](const Marker& other) {
+      return same_tag(marker, other);
+    });
+    if (twin != markers.end()) {
+      table.refuse("tag", fmt::format("of one marker alone, '{}' has it too", twin->id));
     }
     check_on_surface(table, marker, rig);
     markers.push_back(std::move(marker));

@@ -61,6 +61,7 @@ const std::vector<Library>& confined_libraries() {
   static const std::vector<Library> kLibraries = {
       {"OpenCV", {"opencv"}, {"capture"}},
       {"FFmpeg", {"libav", "libsw", "libpostproc"}, {"capture"}},
+      {"AprilTag", {"apriltag"}, {"capture"}},
       {"FFTW", {"fftw3"}, {"harmonic_inversion"}},
       {"Ceres", {"ceres/"}, {"harmonic_inversion", "calibrate"}},
       {"ARPACK", {"arpack", "parpack"}, {"fem"}},

@@ -152,7 +152,7 @@ TEST(CheckRig, WarnsOfModesThatFoldOntoTheFirst) {
   expect_finding(check_rig(rig), "alias", CheckVerdict::Warning, "near the first");
   // the sideways mode, which the film does not show, alarms nobody
   rig.camera->capture_fps = motion.frequency_hz[1] + motion.frequency_hz[0];
-  expect_finding(check_rig(rig), "alias", CheckVerdict::Ok, "None of");
+  expect_finding(check_rig(rig), "alias", CheckVerdict::Ok, "No higher mode");
 }
 
 TEST(CheckRig, WarnsOfBlurAndSaysTheExposureThatAvoidsIt) {
@@ -181,6 +181,10 @@ TEST(CheckRig, JudgesTheMarkersSize) {
       check_rig(strip(), {}, &film), "markers", CheckVerdict::Warning, "'bench_2', is 12 px");
   film.markers[2].size_px = 5.0;
   expect_finding(check_rig(strip(), {}, &film), "markers", CheckVerdict::Problem, "is 5 px");
+  film.hidden = {"bench_4"};
+  film.markers[2].size_px = 30.0;
+  expect_finding(
+      check_rig(strip(), {}, &film), "markers", CheckVerdict::Warning, "'bench_4' is not");
   film.markers.clear();
   film.not_found = "marker 'tip' was not found";
   expect_finding(check_rig(strip(), {}, &film), "markers", CheckVerdict::Problem, "was not found.");

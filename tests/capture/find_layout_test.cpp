@@ -192,11 +192,12 @@ TEST_F(FindLayout, RefusesTwoStartsOnOneMarker) {
                     "'bench_1' and 'bench_2' were both placed"));
 }
 
-TEST_F(FindLayout, RefusesKindsThatCannotBeTracked) {
+TEST_F(FindLayout, RefusesTagsThatDoNotExist) {
   const Picture picture = film(strip_rig());
   Rig rig = strip_rig();
   rig.markers[0].kind = MarkerKind::AprilTag;
-  EXPECT_TRUE(holds(refusal(rig, picture), "must be cross, dot, ring or checker"));
+  rig.markers[0].dictionary = "tag36h12";
+  EXPECT_TRUE(holds(refusal(rig, picture), "'tag36h12', must be one of tag16h5, tag25h9"));
 }
 
 }  // namespace

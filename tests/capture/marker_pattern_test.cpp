@@ -120,14 +120,48 @@ TEST(MarkerPattern, OfAMarkerIsThatOfItsKind) {
   EXPECT_NE(MarkerPattern(MarkerKind::Dot), MarkerPattern(MarkerKind::Ring));
 }
 
-TEST(MarkerPattern, RefusesKindsItCannotDraw) {
+TEST(MarkerPattern, KindAloneIsNotEnoughForATagOrAPatch) {
   for (const MarkerKind kind : {MarkerKind::ArUco, MarkerKind::AprilTag, MarkerKind::Patch}) {
     EXPECT_TRUE(
         holds(refusal_of([&] { (void)MarkerPattern(kind); }), std::string(to_string(kind))));
-    Marker marker;
-    marker.id = "tip";
-    marker.kind = kind;
-    EXPECT_TRUE(holds(refusal_of([&] { (void)MarkerPattern(marker); }), "'tip'"));
+  }
+}
+
+MarkerPattern patch(const char* id) {
+  Marker marker;
+  marker.id = id;
+  marker.kind = MarkerKind::Patch;
+  return MarkerPattern(marker);
+}
+
+TEST(MarkerPattern, PatchIsATextureOfItsOwn) {
+  EXPECT_EQ(patch("tip"), patch("tip"));
+  EXPECT_NE(patch("tip"), patch("top"));
+  double square = 0.0;
+  double mean = 0.0;
+  constexpr int kSide = 40;
+  for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < kSide; ++i) {
+      const double value = patch("tip").value((i + 0.5) / kSide - 0.5, (j + 0.5) / kSide - 0.5);
+      EXPECT_GE(value, 0.0);
+      EXPECT_LE(value, 1.0);
+      mean += value / (kSide * kSide);
+      square += value * value / (kSide * kSide);
+    }
+  }
+  // Six waves of a twelfth: a variance of 6/288, or 0.14 of the way from ink to paper.
+  EXPECT_NEAR(std::sqrt(square - mean * mean), 0.144, 0.05);
+  // The texture goes on over the paper's rim.
+  EXPECT_NE(patch("tip").value(0.6, 0.0), patch("tip").value(0.7, 0.0));
+}
+
+TEST(MarkerPattern, PatchAveragesInClosedForm) {
+  for (const double width : {0.03, 0.2, 0.7}) {
+    // The mean at the centres of 60 x 60 cells errs by the square of a cell over the shortest wave.
+    EXPECT_NEAR(patch("tip").averaged(0.11, -0.23, width),
+                brute_force_average(patch("tip"), 0.11, -0.23, width, 60),
+                1e-3)
+        << width;
   }
 }
 

@@ -324,7 +324,7 @@ TEST_F(RenderFilm, RefusesWhatItCannotFilm) {
   rig.camera.reset();
   EXPECT_TRUE(holds(refusal(rig, state), "no camera"));
   rig = bench_with(MarkerKind::ArUco);
-  EXPECT_TRUE(holds(refusal(rig, state), "aruco"));
+  EXPECT_TRUE(holds(refusal(rig, state), "marker 'middle': dictionary is ''"));
   rig.markers.clear();
   EXPECT_TRUE(holds(refusal(rig, {}), "no marker"));
   EXPECT_TRUE(fs::is_empty(m_folder.path()));

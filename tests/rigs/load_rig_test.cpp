@@ -96,9 +96,8 @@ TEST(LoadRig, ReadsEveryKindOfMarker) {
                                 MarkerKind::AprilTag,
                                 MarkerKind::ArUco}) {
     std::string line = "kind = \"" + std::string(to_string(kind)) + "\"";
-    if (kind == MarkerKind::ArUco || kind == MarkerKind::AprilTag) {
-      line += "\ndictionary = \"d\"\ntag = 0";
-    }
+    if (kind == MarkerKind::ArUco) line += "\ndictionary = \"DICT_6X6_250\"\ntag = 249";
+    if (kind == MarkerKind::AprilTag) line += "\ndictionary = \"tag36h11\"\ntag = 586";
     EXPECT_EQ(load_text(example_with("kind = \"cross\"", line)).find_marker("tip")->kind, kind);
   }
 }

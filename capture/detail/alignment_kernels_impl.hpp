@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The inner loops of the alignment, in a namespace of their own for each instruction set. No other
+// header's inline functions are used here: compiled for one machine they could end up on another.
+#include "capture/detail/alignment_kernels.hpp"
+
+#ifndef TWANG_KERNEL_NAMESPACE
+#error "TWANG_KERNEL_NAMESPACE must be defined by the file that includes this"
+#endif
+
+namespace twang::detail::TWANG_KERNEL_NAMESPACE {
+namespace {
+
+constexpr int kBlock = kAlignmentBlock;
+typedef float Four __attribute__((vector_size(16)));
+
+inline float bounded(float value, float low, float high) {
+  return value < low ? low : value > high ? high : value;
+}
+
+/// Value and slopes, these by the cell's index, of the second-order expansion about the nearest
+/// cell.
+inline Four expand(const TemplateCells& table, float u, float v) {
+  const auto last = static_cast<float>(table.side - 1);
+  const float column = bounded((u + table.middle) * table.per_unit, 0.0F, last);
+  const float row = bounded((v + table.middle) * table.per_unit, 0.0F, last);
+  const int i = static_cast<int>(column + 0.5F);
+  const int j = static_cast<int>(row + 0.5F);
+  const float* f = table.cells + kCellFloats * (static_cast<std::ptrdiff_t>(j) * table.side + i);
+  const float x = column - static_cast<float>(i);
+  const float y = row - static_cast<float>(j);
+  const float du = f[1] + f[4] * x + f[3] * y;
+  const float dv = f[2] + f[3] * x + f[5] * y;
+  return Four{f[0] + 0.5F * ((f[1] + du) * x + (f[2] + dv) * y), du, dv, 0.0F};
+}
+
+/// Coordinates and weights of one row; returns the first and one past the last pixel with weight.
+inline void place_row(
+    const AlignmentWindow& window, int row, const ModelSamples& samples, int& first, int& last) {
+  const int start = row * window.width;
+  const float y = window.first_y + static_cast<float>(row);
+  const float* a = window.pattern_from_px;
+  const float* b = window.window_from_px;
+  const std::uint8_t* pixels = window.pixels + row * window.stride;
+  float* weight = samples.weight + start;
+  for (int i = 0; i < window.width; ++i) {
+    const float x = window.first_x + static_cast<float>(i);
+    samples.grey[start + i] = static_cast<float>(pixels[i]);
+    samples.x[start + i] = x;
+    samples.y[start + i] = y;
+    samples.u[start + i] = a[0] * x + a[1] * y;
+    samples.v[start + i] = a[2] * x + a[3] * y;
+    const float p = b[0] * x + b[1] * y;
+    const float q = b[2] * x + b[3] * y;
+    const float p1 = p < 0.0F ? -p : p;
+    const float q1 = q < 0.0F ? -q : q;
+    const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p1 > q1 ? p1 : q1);
+    weight[i] = __builtin_sqrtf(bounded((window.reach - distance) * window.per_taper, 0.0F, 1.0F));
+  }
+  first = 0;
+  last = window.width;
+  while (first < last && weight[first] == 0.0F) ++first;
+  while (last > first && weight[last - 1] == 0.0F) --last;
+}
+
+void sample(const AlignmentWindow& window,
+            const TemplateCells& table,
+            const MotionPath& path,
+            const ModelSamples& samples) {
+  const float per_sample = 1.0F / static_cast<float>(path.samples);
+  for (int row = 0; row < window.height; ++row) {
+    int first = 0;
+    int last = 0;
+    place_row(window, row, samples, first, last);
+    const int start = row * window.width;
+    for (int i = start + first; i < start + last; ++i) {
+      const float u = samples.u[i];
+      const float v = samples.v[i];
+      Four sum = {0.0F, 0.0F, 0.0F, 0.0F};
+      for (int k = 0; k < path.samples; ++k) {
+        const float s = (static_cast<float>(k) + 0.5F) * per_sample - 0.5F;
+        sum += expand(table, u + s * path.u, v + s * path.v);
+      }
+      samples.value[i] = per_sample * sum[0];
+      samples.du[i] = per_sample * table.per_unit * sum[1];
+      samples.dv[i] = per_sample * table.per_unit * sum[2];
+      if (path.ends) {
+        samples.ends[i] = 0.5F * (expand(table, u + 0.5F * path.u, v + 0.5F * path.v)[0] +
+                                  expand(table, u - 0.5F * path.u, v - 0.5F * path.v)[0]);
+      }
+    }
+    for (int i = 0; i < window.width; ++i) {
+      if (i >= first && i < last) continue;
+      samples.value[start + i] = 1.0F;
+      samples.du[start + i] = samples.dv[start + i] = 0.0F;
+      samples.ends[start + i] = 1.0F;
+    }
+  }
+  for (int i = window.width * window.height; i < samples.room; ++i) {
+    samples.weight[i] = samples.grey[i] = samples.x[i] = samples.y[i] = 0.0F;
+    samples.u[i] = samples.v[i] = samples.value[i] = samples.ends[i] = 0.0F;
+    samples.du[i] = samples.dv[i] = 0.0F;
+  }
+}
+
+/// Columns of the Jacobian and, last, the residual, of one block of pixels; not weighted.
+inline void fill_columns(const AlignmentWindow& window,
+                         const ModelSamples& samples,
+                         const MarkerLight& light,
+                         const AlignmentColumns& layout,
+                         int start,
+                         float (*columns)[kBlock]) {
+  const float* a = window.pattern_from_px;
+  const float* value = samples.value + start;
+  const float* u = samples.u + start;
+  const float* v = samples.v + start;
+  const float* x = samples.x + start;
+  const float* y = samples.y + start;
+  const int num_shape = layout.num_shape;
+  const int at_light = layout.size() - 4;
+  for (int i = 0; i < kBlock; ++i) {
+    const float gain = light.contrast + light.slope_u * u[i] + light.slope_v * v[i];
+    const float by_u = gain * samples.du[start + i] + light.slope_u * value[i];
+    const float by_v = gain * samples.dv[start + i] + light.slope_v * value[i];
+    columns[0][i] = -(by_u * a[0] + by_v * a[2]);
+    columns[1][i] = -(by_u * a[1] + by_v * a[3]);
+    columns[at_light][i] = 1.0F;
+    columns[at_light + 1][i] = value[i];
+    columns[at_light + 2][i] = u[i] * value[i];
+    columns[at_light + 3][i] = v[i] * value[i];
+    columns[at_light + 4][i] = samples.grey[start + i] - (light.ink + gain * value[i]);
+  }
+  if (num_shape == 1) {
+    for (int i = 0; i < kBlock; ++i) columns[2][i] = columns[0][i] * y[i] - columns[1][i] * x[i];
+  } else if (num_shape >= 3) {
+    for (int i = 0; i < kBlock; ++i) {
+      columns[2][i] = columns[0][i] * x[i];
+      columns[3][i] = columns[1][i] * y[i];
+      const float skew = columns[1][i] * x[i];
+      columns[4][i] = columns[0][i] * y[i] + (num_shape == 3 ? skew : 0.0F);
+      if (num_shape == 4) columns[5][i] = skew;
+    }
+  }
+  if (layout.motion) {
+    float* by_motion = columns[2 + num_shape];
+    for (int i = 0; i < kBlock; ++i) {
+      const float gain = light.contrast + light.slope_u * u[i] + light.slope_v * v[i];
+      by_motion[i] = layout.per_motion * gain * (samples.ends[start + i] - value[i]);
+    }
+  }
+}
+
+void accumulate(const AlignmentWindow& window,
+                const ModelSamples& samples,
+                const MarkerLight& light,
+                const AlignmentColumns& layout,
+                double* gram) {
+  const int size = layout.size() + 1;
+  // Four more, never written: products are taken four columns at a time.
+  alignas(32) float columns[kMostColumns + 1 + 3][kBlock] = {};
+  for (int start = 0; start < samples.room; start += kBlock) {
+    fill_columns(window, samples, light, layout, start, columns);
+    const float* weight = samples.weight + start;
+    for (int c = 0; c < size; ++c) {
+      for (int i = 0; i < kBlock; ++i) columns[c][i] *= weight[i];
+    }
+    for (int r = 0; r < size; ++r) {
+      const float* left = columns[r];
+      for (int c = 0; c <= r; c += 4) {
+        const float* c0 = columns[c];
+        const float* c1 = columns[c + 1];
+        const float* c2 = columns[c + 2];
+        const float* c3 = columns[c + 3];
+        float s0 = 0.0F, s1 = 0.0F, s2 = 0.0F, s3 = 0.0F;
+#pragma omp simd reduction(+ : s0, s1, s2, s3)
+        for (int i = 0; i < kBlock; ++i) {
+          s0 += left[i] * c0[i];
+          s1 += left[i] * c1[i];
+          s2 += left[i] * c2[i];
+          s3 += left[i] * c3[i];
+        }
+        const float sums[4] = {s0, s1, s2, s3};
+        for (int k = 0; k < 4 && c + k <= r; ++k) {
+          gram[r * size + c + k] += static_cast<double>(sums[k]);
+        }
+      }
+    }
+  }
+}
+
+void residuals(const AlignmentWindow& window,
+               const ModelSamples& samples,
+               const MarkerLight& light,
+               const AlignmentColumns& layout,
+               const double* step,
+               float* residual,
+               float* square_slope) {
+  const int size = layout.size();
+  alignas(32) float columns[kMostColumns + 1][kBlock];
+  for (int start = 0; start < samples.room; start += kBlock) {
+    fill_columns(window, samples, light, layout, start, columns);
+    for (int i = 0; i < kBlock; ++i) {
+      square_slope[start + i] = columns[0][i] * columns[0][i] + columns[1][i] * columns[1][i];
+      residual[start + i] = columns[size][i];
+    }
+    for (int c = 0; c < size; ++c) {
+      const auto by = static_cast<float>(step[c]);
+      for (int i = 0; i < kBlock; ++i) residual[start + i] -= by * columns[c][i];
+    }
+  }
+}
+
+}  // namespace
+
+TemplateSample look_up_one(const TemplateCells& table, float u, float v) {
+  const Four sample = expand(table, u, v);
+  return {sample[0], table.per_unit * sample[1], table.per_unit * sample[2]};
+}
+
+const AlignmentKernels& kernels() {
+  static constexpr AlignmentKernels kKernels{sample, accumulate, residuals};
+  return kKernels;
+}
+
+}  // namespace twang::detail::TWANG_KERNEL_NAMESPACE

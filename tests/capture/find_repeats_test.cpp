@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/detail/find_repeats.hpp"
+
+#include "core/constants.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace twang::test {
+namespace {
+
+using detail::Likeness;
+
+constexpr int kFrames = 200;
+constexpr double kNoise_px = 0.02;
+// Pictures whose markers moved by less look alike in a film without noise.
+constexpr double kSeen_px = 0.25;
+
+/// What a camera saw of a path: frame n shows the moment `shown(n)`.
+struct Filmed {
+  std::vector<MarkerTrack> tracks;
+  std::vector<Likeness> likeness;
+  std::vector<bool> repeats;
+};
+
+Filmed film(const std::function<double(int)>& path_px,
+            const std::function<int(int)>& shown,
+            unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> error(0.0, kNoise_px);
+  Filmed filmed;
+  MarkerTrack still{"still", {}, {}, 0, ""};
+  MarkerTrack moving{"moving", {}, {}, 0, ""};
+  for (int n = 0; n < kFrames; ++n) {
+    const double now = path_px(shown(n));
+    const double before = path_px(shown(std::max(0, n - 1)));
+    still.position_px.emplace_back(20.0 + error(random), 30.0 + error(random));
+    moving.position_px.emplace_back(90.0 + error(random), 50.0 + now + error(random));
+    filmed.repeats.push_back(n > 0 && shown(n) == shown(n - 1));
+    filmed.likeness.push_back(n > 0 && std::abs(now - before) < kSeen_px ? Likeness::Alike
+                                                                         : Likeness::Different);
+  }
+  for (MarkerTrack* track : {&still, &moving}) {
+    track->sigma_px.assign(kFrames, kNoise_px);
+    filmed.tracks.push_back(std::move(*track));
+  }
+  return filmed;
+}
+
+/// A free vibration after a release at a frame, filmed at 240 frames/s.
+std::function<double(int)> vibration(double frequency_hz, int release, double phase = 0.0) {
+  return [=](int n) {
+    const double t = std::max(0, n - release) / 240.0;
+    return 20.0 * std::exp(-4.0 * t) * std::cos(kTwoPi * frequency_hz * t + phase);
+  };
+}
+
+int as_filmed(int n) { return n; }
+
+long num_alike(const Filmed& filmed) {
+  return std::count(filmed.likeness.begin(), filmed.likeness.end(), Likeness::Alike);
+}
+
+long num_found(const Filmed& filmed) {
+  const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness);
+  return std::count(found.begin(), found.end(), true);
+}
+
+/// None is found that is none; found is each that hides motion twice as large as can be seen.
+void expect_found(const Filmed& filmed, const std::function<double(int)>& hidden_px) {
+  const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness);
+  int sure = 0;
+  // At the very end too little follows to tell a repeat from a symmetric frame beside it.
+  for (int n = 0; n < kFrames - 8; ++n) {
+    const auto i = static_cast<std::size_t>(n);
+    if (!filmed.repeats[i]) {
+      EXPECT_FALSE(found[i]) << n;
+    } else if (std::abs(hidden_px(n)) > 2.0 * kSeen_px) {
+      EXPECT_TRUE(found[i]) << n;
+      ++sure;
+    }
+  }
+  EXPECT_GT(sure, 3);
+}
+
+TEST(FindRepeats, FrameSymmetricAboutATurningPointIsNone) {
+  // Eleven frames are three periods: frames beside turning points come again and again.
+  for (const double phase : {0.0, 0.4, 0.857}) {
+    const Filmed filmed = film(vibration(65.4545, 0, phase), as_filmed);
+    EXPECT_GT(num_alike(filmed), 3) << phase;
+    EXPECT_EQ(num_found(filmed), 0) << phase;
+  }
+}
+
+TEST(FindRepeats, RepeatThatTookAFramesPlaceIsFoundAmongSymmetricFrames) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::mt19937 random(seed);
+    std::bernoulli_distribution repeats(0.05);
+    std::vector<int> shown(kFrames, 0);
+    for (std::size_t n = 1; n < shown.size(); ++n) {
+      shown[n] = repeats(random) ? shown[n - 1] : static_cast<int>(n);
+    }
+    const auto path = vibration(52.0 + 6.7 * seed, 0, 0.3);
+    const auto shown_at = [&](int n) { return shown[static_cast<std::size_t>(n)]; };
+    SCOPED_TRACE(seed);
+    expect_found(film(path, shown_at, seed), [&](int n) { return path(n) - path(shown_at(n)); });
+  }
+}
+
+TEST(FindRepeats, RepeatRightAfterTheReleaseIsFound) {
+  for (const int repeat : {33, 34, 36}) {
+    const auto path = vibration(30.0, 30);
+    const auto shown = [&](int n) { return n == repeat ? n - 1 : n; };
+    const Filmed filmed = film(path, shown);
+    const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness);
+    EXPECT_TRUE(found[static_cast<std::size_t>(repeat)]) << repeat;
+    EXPECT_EQ(std::count(found.begin(), found.end(), true), 1) << repeat;
+  }
+}
+
+TEST(FindRepeats, EveryFifthPutInBetweenIsFound) {
+  // 24 pictures a second made 30.
+  const auto shown = [](int n) { return n - n / 5; };
+  for (const double frequency_hz : {31.0, 65.47}) {
+    const auto path = vibration(frequency_hz, 0, 0.5);
+    SCOPED_TRACE(frequency_hz);
+    expect_found(film(path, shown), [&](int n) { return path(shown(n) + 1) - path(shown(n)); });
+  }
+}
+
+TEST(FindRepeats, PicturesShownTwiceOrThriceAreFound) {
+  for (const int times : {2, 3}) {
+    const auto shown = [=](int n) { return n / times; };
+    const auto path = vibration(31.0, 0, 0.5);
+    SCOPED_TRACE(times);
+    expect_found(film(path, shown), [&](int n) { return path(shown(n) + 1) - path(shown(n)); });
+  }
+}
+
+TEST(FindRepeats, StillPartBeforeTheReleaseRepeatsNothing) {
+  for (const int release : {3, 25, 31, 60}) {
+    const Filmed filmed = film(vibration(40.0, release), as_filmed);
+    EXPECT_GE(num_alike(filmed), release - 1);
+    EXPECT_EQ(num_found(filmed), 0) << release;
+  }
+}
+
+TEST(FindRepeats, WhatThePictureSaysNeedsNoMotion) {
+  Filmed filmed = film([](int) { return 0.0; }, as_filmed);
+  filmed.likeness[40] = Likeness::Same;
+  const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness);
+  EXPECT_EQ(std::count(found.begin(), found.end(), true), 1);
+  EXPECT_TRUE(found[40]);
+}
+
+TEST(FindRepeats, LostMarkersSayNothing) {
+  Filmed filmed = film(vibration(40.0, 0), [](int n) { return n == 50 ? 49 : n; });
+  EXPECT_EQ(num_found(filmed), 1);
+  for (MarkerTrack& track : filmed.tracks) {
+    for (std::size_t n = 45; n < 55; ++n) track.position_px[n].setConstant(kNaN);
+  }
+  EXPECT_EQ(num_found(filmed), 0);
+}
+
+}  // namespace
+}  // namespace twang::test
