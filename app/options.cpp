@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -19,6 +20,22 @@ std::optional<double> number_from(std::string_view text) {
   return value;
 }
 
+BlinkingLight light_from(const std::string& text) {
+  std::vector<double> numbers;
+  std::string_view rest = text;
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    if (const auto number = number_from(rest.substr(0, comma))) numbers.push_back(*number);
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  if (numbers.size() != 5 || std::count(text.begin(), text.end(), ',') != 4) {
+    throw InputError(
+        fmt::format("--clock is '{}', must be x,y,w,h,HZ: a region in pixels and a rate", text));
+  }
+  return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
+}
+
 }  // namespace
 
 void TrackFlags::add_to(CLI::App& command) {
@@ -29,6 +46,12 @@ void TrackFlags::add_to(CLI::App& command) {
                   markers,
                   "where a marker stands in the first frame, id=x,y [px]; may be repeated")
       ->allow_extra_args(false);
+  command.add_option(
+      "--clock",
+      clock,
+      "a light of known rate in shot, to check the film's clock: x,y,width,height of "
+      "its region [px] and its blinks a second, x,y,w,h,HZ");
+  command.add_flag("--clock-correct", clock_correct, "scale the time by what --clock measures");
 }
 
 TrackOptions TrackFlags::options() const {
@@ -48,6 +71,11 @@ TrackOptions TrackFlags::options() const {
       throw InputError(fmt::format("--marker names '{}' twice, must name each marker once",
                                    text.substr(0, equals)));
     }
+  }
+  if (!clock.empty()) options.clock = light_from(clock);
+  options.clock_correct = clock_correct;
+  if (clock_correct && clock.empty()) {
+    throw InputError("--clock-correct stands alone, must come with --clock x,y,w,h,HZ");
   }
   options.check();
   return options;

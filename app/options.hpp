@@ -12,12 +12,15 @@
 
 namespace twang::app {
 
-/// `--capture-fps`, `--marker id=x,y`: shared by `track` and `calibrate`.
+/// `--capture-fps`, `--marker id=x,y`, `--clock x,y,w,h,HZ`, `--clock-correct`: shared by `track`
+/// and `calibrate`.
 struct TrackFlags {
   std::optional<double> capture_fps;
   std::vector<std::string> markers;
+  std::string clock;
+  bool clock_correct = false;
   void add_to(CLI::App& command);
-  /// @throws InputError for a malformed or repeated `--marker`
+  /// @throws InputError for a malformed or repeated `--marker`, a malformed `--clock`
   [[nodiscard]] TrackOptions options() const;
 };
 

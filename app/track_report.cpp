@@ -84,7 +84,7 @@ nlohmann::ordered_json track_summary_json(const Rig& rig,
       {"layout_frame", result.layout_frame},
       {"mm_per_px", number(result.mm_per_px)},
       {"plane_residual_px", number(result.plane_residual_px)},
-      {"plane_residual_mm", number(result.plane_residual_px * result.mm_per_px)},
+      {"plane_residual_mm", number(result.plane_residual_mm)},
       {"markers", nlohmann::ordered_json::array()},
       {"notes", result.notes}};
   for (const MarkerSummary& marker : summarize_markers(rig, result)) {

@@ -273,7 +273,7 @@ void ContactSheet::draw_plane(const SheetBox& box) {
                 m_result.plane_residual_px > kExact_px
                     ? fmt::format("rms {} px = {} mm over the film",
                                   rounded_text(m_result.plane_residual_px, 2),
-                                  rounded_text(m_result.plane_residual_px * m_result.mm_per_px, 2))
+                                  rounded_text(m_result.plane_residual_mm, 2))
                     : "on the average they determine the map and fit it exactly",
                 7.5,
                 kFaint);

@@ -196,12 +196,11 @@ void Inspection::read_clock() {
     stated = StatedRate{*m_options.capture_fps, "--capture-fps"};
   } else if (m_rig.camera->capture_fps) {
     stated = StatedRate{*m_rig.camera->capture_fps, "rig"};
-  } else if (info.capture_fps_tag) {
-    stated = StatedRate{*info.capture_fps_tag, "tag"};
   }
   TimeBase time;
   try {
-    time = correct_time_base(m_stamps_s, info.tick_s, info.declared_fps, stated);
+    time =
+        correct_time_base(m_stamps_s, info.tick_s, info.declared_fps, stated, info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }

@@ -3,6 +3,7 @@
 
 #include "capture/detail/film_camera.hpp"
 #include "capture/detail/film_scene.hpp"
+#include "capture/detail/rolling_shutter.hpp"
 #include "capture/marker_pattern.hpp"
 #include "capture/video_writer.hpp"
 #include "core/constants.hpp"
@@ -85,12 +86,13 @@ class FilmSet {
       : m_rig(rig),
         m_state_at(state_at),
         m_options(options),
+        m_row_s(options.readout_s / (options.height_px - 1)),
         m_shake(options.shake_px, options.seed),
         m_camera(*rig.camera, visible_points(), view()),
         m_still(options.width_px, options.height_px),
         m_scratch(options.width_px, options.height_px) {
     for (const Marker& marker : rig.markers) m_patterns.emplace_back(marker);
-    paint_still(Eigen::Vector2d::Zero());
+    paint_still(0.0);
   }
 
   [[nodiscard]] const FilmCamera& camera() const { return m_camera; }
@@ -98,19 +100,19 @@ class FilmSet {
   /// True marker centres at a frame's time [px].
   [[nodiscard]] std::vector<Eigen::Vector2d> marker_centres(double time_s) const {
     std::vector<Eigen::Vector2d> centres;
-    for (const MarkerPose& pose : state(time_s).markers) {
-      centres.push_back(m_camera.pixel_from_rig(pose.position) + m_shake.at(time_s));
+    const FilmedState seen = state(time_s);
+    for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
+      centres.push_back(projected(i, seen, {time_s, time_s}).centre_px);
     }
     return centres;
   }
 
   /// The picture before noise, exposed around `time_s`.
   [[nodiscard]] Canvas expose(double time_s) {
-    const Eigen::Vector2d shift = m_shake.at(time_s);
-    if (m_shake.any()) paint_still(shift);
+    if (m_shake.any()) paint_still(time_s);
     Canvas picture = m_still;
     const double open_s = m_options.exposure / m_options.fps;
-    const std::vector<Projection> moments = sub_exposures(time_s, open_s, shift);
+    const std::vector<Projection> moments = sub_exposures(time_s, open_s);
     PixelBox box;
     for (const Projection& moment : moments) {
       box = box.united(box_of(moment.faces, picture));
@@ -173,58 +175,103 @@ class FilmSet {
             .height_px = m_options.height_px,
             .tilt_rad = m_options.tilt_deg * kRadiansPerDegree,
             .roll_rad = m_options.roll_deg * kRadiansPerDegree,
-            .margin_px = kMargin * m_options.height_px + 3.0 * m_options.shake_px};
+            .margin_px = kMargin * m_options.height_px + 3.0 * m_options.shake_px,
+            .lens = m_options.lens};
   }
 
-  void paint_still(const Eigen::Vector2d& shift) {
-    paint_bench(m_still, m_camera, shift);
+  /// A moment of a frame: what moves is where it is then, the camera where it is at the frame's
+  /// own time.
+  struct Moment {
+    double time_s;
+    double frame_s;
+  };
+
+  void paint_still(double frame_s) {
+    paint_bench(m_still, m_camera, m_shake.at(frame_s));
     const FilmedState rest = state(0.0);
     for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
-      if (!m_rig.markers[i].fixed) continue;
-      paint_marker(m_still, projected(i, rest, shift));
+      if (m_rig.markers[i].fixed) paint_marker(m_still, projected(i, rest, {0.0, frame_s}));
     }
   }
 
+  /// @param seen  the state at the moment, for the first row
   [[nodiscard]] ProjectedMarker projected(std::size_t marker,
                                           const FilmedState& seen,
-                                          const Eigen::Vector2d& shift) const {
-    return project_marker(
-        m_camera, m_patterns[marker], m_rig.markers[marker].size_m, seen.markers[marker], shift);
+                                          const Moment& moment) const {
+    const auto seen_with = [&](const FilmedState& now, double offset_s) {
+      return project_marker(m_camera,
+                            m_patterns[marker],
+                            m_rig.markers[marker].size_m,
+                            now.markers[marker],
+                            m_shake.at(moment.frame_s + offset_s));
+    };
+    if (m_row_s == 0.0) return seen_with(seen, 0.0);
+    const auto at = [&](double offset_s) {
+      return seen_with(m_rig.markers[marker].fixed ? seen : state(moment.time_s + offset_s),
+                       offset_s);
+    };
+    const RowReading reading =
+        read_by_rows([&](double offset_s) { return at(offset_s).centre_px; }, m_row_s);
+    ProjectedMarker result = at(reading.offset_s);
+    result.pattern_from_px = result.pattern_from_px * moving_from_seen(reading, m_row_s);
+    return result;
   }
 
-  [[nodiscard]] Projection project(double time_s, const Eigen::Vector2d& shift) const {
-    const FilmedState seen = state(time_s);
-    Projection result;
-    for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
-      if (m_rig.markers[i].fixed) continue;
-      result.markers.push_back(projected(i, seen, shift));
+  [[nodiscard]] ProjectedFace projected(const std::array<Eigen::Vector3d, 4>& face,
+                                        double frame_s) const {
+    ProjectedFace corners;
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      corners[c] = m_camera.pixel_from_rig(face[c], m_shake.at(frame_s));
     }
-    result.faces.reserve(seen.part_faces.size());
-    for (const auto& face : seen.part_faces) {
-      ProjectedFace& corners = result.faces.emplace_back();
-      for (std::size_t c = 0; c < corners.size(); ++c) {
-        corners[c] = m_camera.pixel_from_rig(face[c]) + shift;
+    return corners;
+  }
+
+  /// The part, corner by corner at the time of its row: by a parabola through three moments of the
+  /// reading, which is enough for a silhouette.
+  [[nodiscard]] std::vector<ProjectedFace> projected_faces(const FilmedState& seen,
+                                                           const Moment& moment) const {
+    std::vector<ProjectedFace> faces;
+    for (const auto& face : seen.part_faces) faces.push_back(projected(face, moment.frame_s));
+    if (m_row_s == 0.0) return faces;
+    const double half_s = 0.5 * m_options.readout_s;
+    const FilmedState middle = state(moment.time_s + half_s);
+    const FilmedState last = state(moment.time_s + 2.0 * half_s);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const ProjectedFace b = projected(middle.part_faces[f], moment.frame_s);
+      const ProjectedFace c = projected(last.part_faces[f], moment.frame_s);
+      for (std::size_t k = 0; k < b.size(); ++k) {
+        const Eigen::Vector2d a = faces[f][k];
+        const double t = m_row_s * b[k].y() / half_s - 1.0;  // -1 first row, 1 last
+        faces[f][k] = b[k] + 0.5 * t * (c[k] - a) + 0.5 * t * t * (a - 2.0 * b[k] + c[k]);
       }
     }
+    return faces;
+  }
+
+  [[nodiscard]] Projection project(const Moment& moment) const {
+    const FilmedState seen = state(moment.time_s);
+    Projection result;
+    for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
+      if (!m_rig.markers[i].fixed) result.markers.push_back(projected(i, seen, moment));
+    }
+    result.faces = projected_faces(seen, moment);
     return result;
   }
 
   /// The moments whose average is the exposure: as many as the motion asks for, one where nothing
   /// moves.
-  [[nodiscard]] std::vector<Projection> sub_exposures(double time_s,
-                                                      double open_s,
-                                                      const Eigen::Vector2d& shift) const {
+  [[nodiscard]] std::vector<Projection> sub_exposures(double time_s, double open_s) const {
     std::vector<Projection> moments;
-    moments.push_back(project(time_s, shift));
-    const Projection begin = project(time_s - 0.5 * open_s, shift);
-    const Projection end = project(time_s + 0.5 * open_s, shift);
+    moments.push_back(project({time_s, time_s}));
+    const Projection begin = project({time_s - 0.5 * open_s, time_s});
+    const Projection end = project({time_s + 0.5 * open_s, time_s});
     const double motion = largest_motion(begin, moments[0]) + largest_motion(moments[0], end);
     if (motion < kStill) return moments;
     const int count = std::clamp(
         static_cast<int>(std::ceil(motion / kExposureStep)), kMinExposures, kMaxExposures);
     moments.clear();
     for (int i = 0; i < count; ++i) {
-      moments.push_back(project(time_s + open_s * ((i + 0.5) / count - 0.5), shift));
+      moments.push_back(project({time_s + open_s * ((i + 0.5) / count - 0.5), time_s}));
     }
     return moments;
   }
@@ -245,6 +292,7 @@ class FilmSet {
   const Rig& m_rig;
   const std::function<FilmedState(double)>& m_state_at;
   const FilmOptions& m_options;
+  double m_row_s;  // from one row's reading to the next's
   Shake m_shake;
   FilmCamera m_camera;
   std::vector<MarkerPattern> m_patterns;  // one a marker
@@ -290,6 +338,7 @@ void FilmOptions::check() const {
   check_range("doubled", doubled, 0.0, 0.9);
   check_range("defocus_px", defocus_px, 0.0, 20.0);
   check_range("crf", crf, 0, 51);
+  check_range("readout_s", readout_s, 0.0, 1.0 / fps);
 }
 
 FilmTruth render_film(const Rig& rig,

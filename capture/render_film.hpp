@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/lens.hpp"
 #include "core/progress.hpp"
 #include "rigs/rig.hpp"
 
@@ -9,6 +10,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace twang {
@@ -38,29 +40,35 @@ struct FilmOptions {
   double shake_px = 0.0;    ///< standard deviation of a slow hand-held motion [px]
   double flicker = 0.0;     ///< relative amplitude of the light's 100 Hz ripple [-]
   double doubled = 0.0;     ///< part of the frames that are repeats of the one before [-]
-  double defocus_px = 0.6;  ///< standard deviation of the lens's Gaussian blur [px]
+  double defocus_px = 0.8;  ///< standard deviation of the lens's Gaussian blur [px]
   int crf = 14;             ///< H.264 constant rate factor; 0: lossless
   unsigned seed = 1;
   ProgressCallback progress = {};
-  void check() const;  ///< throws InputError naming field, value, allowed range
+  double readout_s = 0.0;         ///< rolling shutter, first row to last; 0: global [s]
+  std::optional<Lens> lens = {};  ///< bends the picture, scaled to its size; absent: a pinhole
+  void check() const;             ///< throws InputError naming field, value, allowed range
 };
 
 /// True marker centres, for tests and the truth file.
 struct FilmTruth {
-  std::vector<double> time_s;                             ///< middle of each exposure [s]
-  std::vector<std::vector<Eigen::Vector2d>> position_px;  ///< [frame][marker], at that time [px]
-  std::vector<bool> doubled;                              ///< repeats of the frame before
-  double mm_per_px = 0.0;                                 ///< at the middle of the picture [mm/px]
+  std::vector<double> time_s;  ///< middle of each exposure; of the first row's with a readout [s]
+  std::vector<std::vector<Eigen::Vector2d>>
+      position_px;  ///< [frame][marker], at that time, or with a readout at that of its row [px]
+  std::vector<bool> doubled;  ///< repeats of the frame before
+  double mm_per_px = 0.0;     ///< at the middle of the picture [mm/px]
 };
 
 /// Renders a film of a moving rig: the part's silhouette, its markers on white paper, a bench,
 /// motion blur by sub-exposures, defocus, sensor noise, compression. The file appears whole or not
-/// at all; its extension chooses the container. Linear light, global shutter.
+/// at all; its extension chooses the container. Linear light.
 ///
 /// The rig is seen along its camera's line of sight; everything it shows in the course of the film
-/// fits into the picture. Frame n is exposed around n / fps. Without tilt the map from the rig's
-/// plane to pixels is a similarity, with tilt that of a pinhole camera eight picture widths away; a
-/// marker's truth is the image of its position under that map, shake included.
+/// fits into the picture. Frame n is exposed around n / fps, its rows with `readout_s` one after
+/// the other: a marker is drawn where it is when the row of its centre is exposed, and stretched
+/// and sheared by its velocity then (rows of one marker differ too little in time for more).
+/// Without tilt the map from the rig's plane to pixels is a similarity, with tilt that of a pinhole
+/// camera eight picture widths away; with a lens that picture is bent. A marker's truth is the
+/// image of its position under that map, shake included.
 ///
 /// @param state_at  what there is to see at a time [s] >= 0; asked in no particular order
 /// @throws InputError if the rig lacks markers or camera, or the file cannot be written; Cancelled

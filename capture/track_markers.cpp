@@ -9,6 +9,7 @@
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/detail/track_noise.hpp"
 #include "capture/find_layout.hpp"
+#include "capture/lens.hpp"
 #include "capture/overlay.hpp"
 #include "capture/plane_map.hpp"
 #include "capture/video_reader.hpp"
@@ -38,12 +39,9 @@ Image copy_of(const LumaFrame& frame) {
   return image;
 }
 
-std::optional<StatedRate> stated_rate(const Rig& rig,
-                                      const VideoInfo& info,
-                                      const TrackOptions& options) {
+std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& options) {
   if (options.capture_fps) return StatedRate{*options.capture_fps, "--capture-fps"};
   if (rig.camera->capture_fps) return StatedRate{*rig.camera->capture_fps, "rig"};
-  if (info.capture_fps_tag) return StatedRate{*info.capture_fps_tag, "tag"};
   return std::nullopt;
 }
 
@@ -51,7 +49,10 @@ std::optional<StatedRate> stated_rate(const Rig& rig,
 class Tracking {
  public:
   Tracking(const Rig& rig, const std::filesystem::path& video, const TrackOptions& options)
-      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {}
+      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {
+    const std::filesystem::path& lens = options.lens.empty() ? rig.camera->lens : options.lens;
+    if (!lens.empty()) m_lens = read_lens(lens);
+  }
 
   TrackResult run() {
     detail::FirstLayout first =
@@ -78,10 +79,12 @@ class Tracking {
   void add(const std::vector<detail::MarkerSample>& samples);
   void check_all_seen();
   void note_frame(const LumaFrame& frame);
+  [[nodiscard]] Lens lens_of_film(const Lens& lens, const LumaFrame& frame) const;
   TrackResult finish();
   void widen_sigmas(const std::vector<bool>& doubled);
-  [[nodiscard]] PlaneMap find_plane() const;
+  [[nodiscard]] PlaneMap find_plane(const std::vector<MarkerTrack>& straight) const;
   void add_notes(const std::vector<bool>& doubled);
+  void hold_against_light(TimeBase& time, const std::vector<bool>& doubled);
 
   const Rig& m_rig;
   const std::filesystem::path& m_video;
@@ -91,17 +94,28 @@ class Tracking {
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
+  std::vector<double> m_brightness;  // of the light, one a frame, if there is one
   TrackResult m_result;
+  std::optional<Lens> m_lens;
 };
 
 void Tracking::note_frame(const LumaFrame& frame) {
   m_stamps_s.push_back(frame.stamp_s);
+  if (m_options.clock) m_brightness.push_back(mean_brightness(frame, *m_options.clock));
   m_doubled.add(frame);
   report_progress(m_options.progress,
                   {"tracking",
                    static_cast<double>(m_stamps_s.size()),
                    static_cast<double>(m_reader.info().declared_frames.value_or(0)),
                    "frames"});
+}
+
+Lens Tracking::lens_of_film(const Lens& lens, const LumaFrame& frame) const {
+  try {
+    return lens_for_size(lens, frame.width_px, frame.height_px);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
 }
 
 /// A frame before the layout is known.
@@ -115,6 +129,7 @@ void Tracking::wait(const LumaFrame& frame) {
 /// The first usable frame: where everything is.
 void Tracking::begin(const LumaFrame& frame, PartialLayout layout) {
   m_result.first_frame = copy_of(frame);
+  if (m_lens) m_lens = lens_of_film(*m_lens, frame);
   m_follower.emplace(frame, m_rig, std::move(layout));
   add(m_follower->first());
   note_frame(frame);
@@ -171,16 +186,20 @@ void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
   for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 
-PlaneMap Tracking::find_plane() const {
+PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
   std::vector<PlaneMarker> markers;
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     const Marker& marker = m_rig.markers[i];
-    const MarkerTrack& track = m_result.tracks[i];
+    const MarkerTrack& track = straight[i];
+    const Eigen::Vector2d& first_px = track.position_px[m_result.layout_frame];
+    const double bent = m_lens && first_px.allFinite()
+                            ? std::sqrt(m_lens->distortion_jacobian(first_px).determinant())
+                            : 1.0;
     markers.push_back({marker.id,
                        marker.fixed,
                        plane_position(*m_rig.camera, marker.position),
                        marker.size_m,
-                       m_size_px[i],
+                       m_size_px[i] / bent,
                        &track.position_px,
                        &track.sigma_px});
   }
@@ -193,12 +212,13 @@ PlaneMap Tracking::find_plane() const {
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
   const std::size_t num_frames = m_stamps_s.size();
-  const TimeBaseSummary& time = m_result.time_base;
-  m_result.notes.push_back(fmt::format("{} frames at {:g} frames/s ({}); the file plays at {:g}.",
-                                       num_frames,
-                                       time.capture_fps,
-                                       time.source,
-                                       time.file_fps));
+  for (std::string& note : describe_time_base(m_result.time_base)) {
+    m_result.notes.push_back(std::move(note));
+  }
+  if (m_result.clock) {
+    m_result.notes.push_back(m_result.clock->message);
+    if (!m_result.clock->warning.empty()) m_result.notes.push_back(m_result.clock->warning);
+  }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
     m_result.notes.push_back(
@@ -210,25 +230,46 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
   }
 }
 
+void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubled) {
+  for (std::size_t n = 0; n < doubled.size(); ++n) {
+    if (doubled[n]) m_brightness[n] = kNaN;
+  }
+  try {
+    m_result.clock = check_clock(time.time_s, m_brightness, m_options.clock->rate_hz);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
+  }
+  if (m_options.clock_correct) correct_by_light(time, *m_result.clock);
+}
+
 TrackResult Tracking::finish() {
   check_all_seen();
   const VideoInfo& info = m_reader.info();
   TimeBase time;
   try {
-    time = correct_time_base(
-        m_stamps_s, info.tick_s, info.declared_fps, stated_rate(m_rig, info, m_options));
+    time = correct_time_base(m_stamps_s,
+                             info.tick_s,
+                             info.declared_fps,
+                             stated_rate(m_rig, m_options),
+                             info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
   const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
+  if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
-  const PlaneMap map = find_plane();
-  m_result.trace =
-      detail::trace_of_tracks(m_rig, m_result.tracks, map, time.time_s, doubled, info.height_px);
+  const std::vector<MarkerTrack> straight =
+      m_lens ? detail::straightened(m_result.tracks, *m_lens) : m_result.tracks;
+  const PlaneMap map = find_plane(straight);
+  m_result.trace = detail::trace_of_tracks(
+      m_rig,
+      {m_result.tracks, straight, map, time.time_s, doubled, m_result.first_frame.height_px});
   m_result.mm_per_px = map.mm_per_px;
   m_result.plane_residual_px = map.residual_px;
+  m_result.plane_residual_mm = map.residual_mm;
+  m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
   add_notes(doubled);
 
@@ -252,6 +293,10 @@ TrackResult Tracking::finish() {
 void TrackOptions::check() const {
   if (capture_fps && !(std::isfinite(*capture_fps) && *capture_fps > 0.0)) {
     throw InputError(fmt::format("capture_fps is {}, must be > 0", *capture_fps));
+  }
+  if (clock) clock->check();
+  if (clock_correct && !clock) {
+    throw InputError("clock_correct is set, must come with a clock to correct by");
   }
   for (const auto& [id, px] : start_px) {
     if (!px.allFinite()) {

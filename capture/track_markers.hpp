@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/clock_check.hpp"
 #include "capture/image.hpp"
 #include "capture/time_base.hpp"
+#include "core/constants.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "rigs/rig.hpp"
@@ -21,6 +23,9 @@ struct TrackOptions {
       start_px;                    ///< where a marker stands in the first frame, by id [px]
   std::filesystem::path overlay;   ///< film to write with the tracks drawn in; empty: none
   ProgressCallback progress = {};  ///< frames done of frames expected
+  std::optional<BlinkingLight> clock = {};  ///< a light to hold the film's clock against
+  bool clock_correct = false;               ///< scale the time by what the light says
+  std::filesystem::path lens;               ///< camera file; overrules the rig's; empty: that one
   void check() const;
 };
 
@@ -41,6 +46,9 @@ struct MarkerTrack {
   std::string lost_because;       ///< the first reason, for a person; empty if never lost
   std::vector<LostStretch> lost;  ///< in the order of time
   double coding_px = 0.0;         ///< part of sigma_px that compression adds, see TrackNoise [px]
+  double noise_floor_px =
+      kNaN;  ///< scatter of a coordinate while the marker is still, the camera's
+             ///< motion and slow drift taken out; nan if it never is [px]
 };
 
 /// A film turned into marker positions.
@@ -52,11 +60,15 @@ struct TrackResult {
   double plane_residual_px =
       0.0;            ///< rms of the fixed markers about the plane map; 0 with under three [px]
   Image first_frame;  ///< the first in which the layout was found, grey
-  Image first_frame_with_tracks;   ///< colour: the found layout and the paths, for the report
-  std::vector<std::string> notes;  ///< one sentence each
-  std::vector<double> size_px;     ///< of each marker in the first frame [px]
-  std::vector<bool> doubled;       ///< one a frame: repeats the one before
-  std::size_t layout_frame = 0;    ///< the number of `first_frame`; before it all is nan
+  Image first_frame_with_tracks;         ///< colour: the found layout and the paths, for the report
+  std::vector<std::string> notes;        ///< one sentence each
+  std::size_t layout_frame = 0;          ///< the number of `first_frame`; before it all is nan
+  std::optional<ClockCheck> clock = {};  ///< where a light was given
+  double plane_residual_mm = 0.0;        ///< plane_residual_px in the plane [mm]
+  double scale_sigma_rel = kNaN;  ///< one sigma of the scale, common to all samples and in none of
+                                  ///< their sigmas; nan where nothing tells, see `PlaneMap` [-]
+  std::vector<double> size_px;    ///< of each marker where it was first found [px]
+  std::vector<bool> doubled;      ///< one a frame: repeats the one before
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.

@@ -2,6 +2,7 @@
 #include "capture/video_reader.hpp"
 
 #include "capture/detail/ffmpeg.hpp"
+#include "capture/detail/luma_plane.hpp"
 #include "capture/detail/packet_scan.hpp"
 #include "core/constants.hpp"
 #include "core/error.hpp"
@@ -21,23 +22,17 @@ namespace {
 
 using namespace detail;
 
-// Pictures whose first plane is luma, one byte each.
-constexpr std::array kLumaFormats = {
-    AV_PIX_FMT_GRAY8,    AV_PIX_FMT_YUV420P,  AV_PIX_FMT_YUV422P,  AV_PIX_FMT_YUV444P,
-    AV_PIX_FMT_YUV440P,  AV_PIX_FMT_YUV411P,  AV_PIX_FMT_YUV410P,  AV_PIX_FMT_YUVJ420P,
-    AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUVJ411P,
-    AV_PIX_FMT_YUVA420P, AV_PIX_FMT_YUVA422P, AV_PIX_FMT_YUVA444P, AV_PIX_FMT_NV12,
-    AV_PIX_FMT_NV21,     AV_PIX_FMT_NV16,     AV_PIX_FMT_NV24,     AV_PIX_FMT_NV42};
-
 // Pictures a decoder may leave out at the start of an open group of pictures.
 constexpr long kForgivenPictures = 8;
 // Largest relative difference between the average and the nominal rate of one and the same film.
 constexpr double kSameRate = 1e-3;
+// No camera films larger ones; a damaged header may ask for any [px].
+constexpr std::int64_t kMaxPixels = 1LL << 27;
 
 void check_luma(const std::filesystem::path& path, int format) {
-  if (std::find(kLumaFormats.begin(), kLumaFormats.end(), format) != kLumaFormats.end()) return;
+  if (has_luma(format)) return;
   const char* name = av_get_pix_fmt_name(static_cast<AVPixelFormat>(format));
-  throw InputError(fmt::format("{}: pixel format is {}, must have an 8-bit luma plane (yuv420p)",
+  throw InputError(fmt::format("{}: pixel format is {}, must have luma of 8 to 16 bits (yuv420p)",
                                path.string(),
                                name ? name : "unknown"));
 }
@@ -83,6 +78,10 @@ std::optional<double> capture_rate_tag(const AVDictionary* tags) {
   return std::nullopt;
 }
 
+bool is_interlaced(AVFieldOrder order) {
+  return order != AV_FIELD_UNKNOWN && order != AV_FIELD_PROGRESSIVE;
+}
+
 CodecContextPtr open_decoder(const std::filesystem::path& path, const AVStream& stream) {
   const AVCodecParameters& parameters = *stream.codecpar;
   const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
@@ -94,6 +93,7 @@ CodecContextPtr open_decoder(const std::filesystem::path& path, const AVStream& 
   CodecContextPtr codec(avcodec_alloc_context3(decoder));
   avcodec_parameters_to_context(codec.get(), &parameters);
   codec->pkt_timebase = stream.time_base;
+  codec->max_pixels = kMaxPixels;
   codec->thread_count = 0;  // one a core
   codec->thread_type = FF_THREAD_FRAME | FF_THREAD_SLICE;
   if (const int opened = avcodec_open2(codec.get(), decoder, nullptr); opened < 0) {
@@ -113,6 +113,7 @@ struct VideoReader::Impl {
   FramePtr frame{av_frame_alloc()};
   PacketPtr packet{av_packet_alloc()};
   VideoInfo info;
+  LumaPlane luma;
   bool restore_order = false;  // stamps come from the scan, in ascending order
   bool sent_last = false;
   long decoded = 0;  // pictures out of the decoder
@@ -189,8 +190,17 @@ VideoReader::VideoReader(const std::filesystem::path& path) : m_impl(std::make_u
   self.restore_order = self.scan.reordering_lost && stream.codecpar->video_delay > 0;
 
   VideoInfo& info = self.info;
-  info.width_px = stream.codecpar->width;
-  info.height_px = stream.codecpar->height;
+  const Orientation orientation = orientation_of(stream);
+  self.luma = LumaPlane(orientation);
+  info.stored_width_px = stream.codecpar->width;
+  info.stored_height_px = stream.codecpar->height;
+  const bool swap = orientation.swaps_sides();
+  info.width_px = swap ? info.stored_height_px : info.stored_width_px;
+  info.height_px = swap ? info.stored_width_px : info.stored_height_px;
+  info.turned_right = {orientation.right[0], orientation.right[1]};
+  info.turned_down = {orientation.down[0], orientation.down[1]};
+  info.rotation_deg = orientation.turn_deg();
+  info.interlaced = is_interlaced(stream.codecpar->field_order);
   info.tick_s = av_q2d(stream.time_base);
   info.declared_fps = declared_rate(*self.film.container, stream, *self.codec);
   info.capture_fps_tag = capture_rate_tag(self.film.container->metadata);
@@ -221,15 +231,17 @@ std::optional<LumaFrame> VideoReader::read() {
   } while (self.cut_away());
   const AVFrame& frame = *self.frame;
   check_luma(self.path, frame.format);
-  if (frame.width != self.info.width_px || frame.height != self.info.height_px) {
+  if (frame.width != self.info.stored_width_px || frame.height != self.info.stored_height_px) {
     self.fail(fmt::format("the picture is {} x {} px, must stay {} x {} px",
                           frame.width,
                           frame.height,
-                          self.info.width_px,
-                          self.info.height_px));
+                          self.info.stored_width_px,
+                          self.info.stored_height_px));
   }
   ++self.shown;
-  return LumaFrame{frame.data[0], frame.linesize[0], frame.width, frame.height, self.stamp_s()};
+  LumaFrame shown = self.luma.view(frame);
+  shown.stamp_s = self.stamp_s();
+  return shown;
 }
 
 }  // namespace twang

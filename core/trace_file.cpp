@@ -120,14 +120,15 @@ bool is_blank(const std::vector<std::string_view>& cells) {
 
 }  // namespace
 
-Trace read_trace_csv(const std::filesystem::path& path, const std::string& time_column) {
-  const std::string content = read_file(path);
+Trace parse_trace_csv(std::string_view content,
+                      const std::filesystem::path& path,
+                      const std::string& time_column) {
   LineReader lines(content);
   const auto head = lines.next();
   if (!head)
     throw InputError(
         fmt::format("{}: is empty, must be a CSV table with a header line", path.string()));
-  if (content.find('\0') != std::string::npos) {
+  if (content.find('\0') != std::string_view::npos) {
     const bool utf16 = content.starts_with("\xFF\xFE") || content.starts_with("\xFE\xFF");
     throw InputError(fmt::format("{}: is {}, must be a CSV table{}",
                                  path.string(),
@@ -207,6 +208,10 @@ Trace read_trace_csv(const std::filesystem::path& path, const std::string& time_
     throw InputError(fmt::format("{}: has a header and no rows, must hold samples", path.string()));
   }
   return trace;
+}
+
+Trace read_trace_csv(const std::filesystem::path& path, const std::string& time_column) {
+  return parse_trace_csv(read_file(path), path, time_column);
 }
 
 void write_trace_csv(const std::filesystem::path& path, const Trace& trace) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace twang {
 
@@ -22,6 +23,12 @@ namespace twang {
 ///         or does not increase
 [[nodiscard]] Trace read_trace_csv(const std::filesystem::path& path,
                                    const std::string& time_column = "time_s");
+
+/// The same from the text of a file.
+/// @param file  its name, for messages
+[[nodiscard]] Trace parse_trace_csv(std::string_view content,
+                                    const std::filesystem::path& file,
+                                    const std::string& time_column = "time_s");
 
 /// Writes a trace as CSV, `time_s` first, so that every double reads back exactly; the file appears
 /// whole or not at all.

@@ -80,7 +80,7 @@ void check_needs(const TomlTable& document, const Rig& rig, const RigNeeds& need
   need(needs.observable, rig.observable.has_value(), "[observable]", "to say what is measured");
 }
 
-toml::table parse_rig(const std::string& content, const std::string& file) {
+toml::table parse_document(const std::string& content, const std::string& file) {
   if (content.find_first_not_of(" \t\r\n") == std::string::npos) {
     throw InputError(fmt::format("{}: is empty, must be a rig file ({})", file, kFormat));
   }
@@ -92,10 +92,11 @@ toml::table parse_rig(const std::string& content, const std::string& file) {
 
 }  // namespace
 
-Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
-  const std::string content = read_file(path);
-  const toml::table parsed = parse_rig(content, path.string());
-  const TomlTable document(parsed, path.string(), "");
+Rig parse_rig(const std::string& content,
+              const std::filesystem::path& file,
+              const RigNeeds& needs) {
+  const toml::table parsed = parse_document(content, file.string());
+  const TomlTable document(parsed, file.string(), "");
   if (document.has("format") && document.text("format") != kFormat) {
     document.refuse("format", fmt::format("\"{}\"", kFormat));
   }
@@ -115,21 +116,25 @@ Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
   Rig rig;
   (void)document.text("format");
   rig.name = document.text("name");
-  rig.file = path;
+  rig.file = file;
   rig.sha256 = sha256_of_text(content);
   rig.specimen = detail::read_specimen(document);
   rig.materials = detail::read_materials(document);
-  rig.parts = detail::read_parts(document, rig.materials, path.parent_path());
+  rig.parts = detail::read_parts(document, rig.materials, file.parent_path());
   rig.clamps = detail::read_clamps(document, rig);
   rig.masses = read_masses(document);
   rig.markers = detail::read_markers(document, rig);
-  rig.camera = detail::read_camera(document);
+  rig.camera = detail::read_camera(document, file.parent_path());
   rig.observable = detail::read_observable(document, rig);
   rig.release = read_release(document);
   rig.tolerance = read_tolerance(document);
   rig.gravity_m_s2 = read_gravity(document);
   check_needs(document, rig, needs);
   return rig;
+}
+
+Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs) {
+  return parse_rig(read_file(path), path, needs);
 }
 
 }  // namespace twang

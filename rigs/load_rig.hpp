@@ -4,6 +4,7 @@
 #include "rigs/rig.hpp"
 
 #include <filesystem>
+#include <string>
 
 namespace twang {
 
@@ -30,5 +31,12 @@ struct RigNeeds {
 /// the box around the part, a marker that is not fixed and stands farther than 1 mm from the part's
 /// surface (not asked of a rig with a surface file)
 [[nodiscard]] Rig load_rig(const std::filesystem::path& path, const RigNeeds& needs = {});
+
+/// The same from the text of a file.
+///
+/// @param file  its name, for messages, and the place to which its surface files are relative
+[[nodiscard]] Rig parse_rig(const std::string& content,
+                            const std::filesystem::path& file,
+                            const RigNeeds& needs = {});
 
 }  // namespace twang

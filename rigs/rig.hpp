@@ -92,6 +92,7 @@ struct Camera {
   Eigen::Vector3d image_down =
       -Eigen::Vector3d::UnitZ();  ///< unit vector orthogonal to image_right, rig frame
   double readout_s = 0.0;         ///< rolling shutter, first row to last [s]
+  std::filesystem::path lens;     ///< calibration of the camera; empty: none
 };
 
 /// One sigma of what the rig file states; 0 where nothing is said.

@@ -155,15 +155,15 @@ RawSurface read_obj(const std::string& file, std::string_view text) {
 
 RawSurface read_raw(const std::filesystem::path& path) {
   const std::string file = path.string();
-  const std::string content = read_file(path);
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
     return static_cast<char>(std::tolower(c));
   });
-  if (extension == ".obj") return read_obj(file, content);
-  if (extension != ".stl") {
+  if (extension != ".stl" && extension != ".obj") {
     throw InputError(fmt::format("{}: is no surface file, must be named .stl or .obj", file));
   }
+  const std::string content = read_file(path);
+  if (extension == ".obj") return read_obj(file, content);
   if (is_binary_stl(content)) return read_binary_stl(content);
   const bool is_text = content.find('\0') == std::string::npos;
   if (is_text && content.starts_with("solid")) return read_ascii_stl(file, content);

@@ -12,8 +12,8 @@ packages_build=(
   libapriltag-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )
-# The test framework, and the independent programs that some tests compare with.
-packages_test=(libgtest-dev harminv calculix-ccx ffmpeg)
+# The test framework, the independent programs that some tests compare with, and the compiler of the fuzz targets.
+packages_test=(libgtest-dev harminv calculix-ccx ffmpeg clang libclang-rt-14-dev)
 
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 

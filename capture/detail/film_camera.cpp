@@ -22,6 +22,7 @@ FilmCamera::FilmCamera(const Camera& camera,
       m_width_px(options.width_px),
       m_sin(std::sin(options.tilt_rad)),
       m_cos(std::cos(options.tilt_rad)) {
+  if (options.lens) m_lens = lens_for_size(*options.lens, options.width_px, options.height_px);
   m_axes.row(0) = camera.image_right;
   m_axes.row(1) = camera.image_down;
   m_roll << std::cos(options.roll_rad), -std::sin(options.roll_rad), std::sin(options.roll_rad),
@@ -57,22 +58,29 @@ Eigen::Vector2d FilmCamera::project(const Eigen::Vector2d& plane) const {
   return m_scale * distance / depth * Eigen::Vector2d(plane.x() * m_cos, plane.y());
 }
 
-Eigen::Vector2d FilmCamera::pixel_from_rig(const Eigen::Vector3d& point) const {
-  return m_middle_px + m_roll * project(plane_from_rig(point));
+Eigen::Vector2d FilmCamera::pixel_from_rig(const Eigen::Vector3d& point,
+                                           const Eigen::Vector2d& shift_px) const {
+  const Eigen::Vector2d ideal = m_middle_px + m_roll * project(plane_from_rig(point)) + shift_px;
+  return m_lens ? m_lens->distorted(ideal) : ideal;
 }
 
-Eigen::Matrix2d FilmCamera::jacobian(const Eigen::Vector3d& point) const {
+Eigen::Matrix2d FilmCamera::jacobian(const Eigen::Vector3d& point,
+                                     const Eigen::Vector2d& shift_px) const {
   const Eigen::Vector2d plane = plane_from_rig(point);
   const double distance = kDistanceInWidths * m_width_px / m_scale;
   const double depth = distance + plane.x() * m_sin;
   const double zoom = m_scale * distance / depth;
   Eigen::Matrix2d J;
   J << zoom * m_cos * distance / depth, 0.0, -zoom * plane.y() * m_sin / depth, zoom;
-  return m_roll * J;
+  J = m_roll * J;
+  if (!m_lens) return J;
+  return m_lens->distortion_jacobian(m_middle_px + m_roll * project(plane) + shift_px) * J;
 }
 
-Eigen::Vector2d FilmCamera::plane_from_pixel(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector2d seen = m_roll.transpose() * (pixel - m_middle_px) / m_scale;
+Eigen::Vector2d FilmCamera::plane_from_pixel(const Eigen::Vector2d& pixel,
+                                             const Eigen::Vector2d& shift_px) const {
+  const Eigen::Vector2d ideal = (m_lens ? m_lens->undistorted(pixel) : pixel) - shift_px;
+  const Eigen::Vector2d seen = m_roll.transpose() * (ideal - m_middle_px) / m_scale;
   const double distance = kDistanceInWidths * m_width_px / m_scale;
   const double u = seen.x() * distance / (distance * m_cos - seen.x() * m_sin);
   return {u, seen.y() * (distance + u * m_sin) / distance};

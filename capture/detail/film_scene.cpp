@@ -124,8 +124,8 @@ ProjectedMarker project_marker(const FilmCamera& camera,
   Eigen::Matrix2d axes;
   axes << std::cos(pose.turn_rad), std::sin(pose.turn_rad), -std::sin(pose.turn_rad),
       std::cos(pose.turn_rad);
-  const Eigen::Matrix2d px_from_pattern = camera.jacobian(pose.position) * axes * size_m;
-  return {pattern, camera.pixel_from_rig(pose.position) + shift_px, px_from_pattern.inverse()};
+  const Eigen::Matrix2d px_from_pattern = camera.jacobian(pose.position, shift_px) * axes * size_m;
+  return {pattern, camera.pixel_from_rig(pose.position, shift_px), px_from_pattern.inverse()};
 }
 
 PixelBox box_of(const ProjectedMarker& marker, const Canvas& canvas) {
@@ -158,7 +158,7 @@ void paint_bench(Canvas& canvas, const FilmCamera& camera, const Eigen::Vector2d
   for (int y = 0; y < canvas.height; ++y) {
     float* row = canvas.row(y);
     for (int x = 0; x < canvas.width; ++x) {
-      const Eigen::Vector2d at = camera.plane_from_pixel(Eigen::Vector2d(x, y) - shift_px) / view;
+      const Eigen::Vector2d at = camera.plane_from_pixel(Eigen::Vector2d(x, y), shift_px) / view;
       double light = kBench + kBenchGradient * (at.x() - at.y());
       for (const Wave& wave : kWaves) {
         light +=

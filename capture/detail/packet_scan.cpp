@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <string_view>
 #include <system_error>
 
 namespace twang::detail {
@@ -85,6 +87,16 @@ std::string beyond_the_end(const AVFormatContext& container, AVStream& stream) {
   if (whole == count) return {};
   if (stream.nb_frames <= 0) return fmt::format("the file ends after {} frames", whole);
   return fmt::format("the file ends after {} of {} frames", whole, stream.nb_frames);
+}
+
+/// A transport stream, which states no length, that ends within one of its packets.
+std::string cut_within_a_packet(const AVFormatContext& container) {
+  if (std::string_view(container.iformat->name) != "mpegts") return {};
+  const std::int64_t size = container.pb ? avio_size(container.pb) : -1;
+  constexpr std::array kPacketSizes = {188, 192, 204};  // plain, with time codes, with check bytes
+  const bool whole = std::any_of(
+      kPacketSizes.begin(), kPacketSizes.end(), [&](int packet) { return size % packet == 0; });
+  return size <= 0 || whole ? "" : "the file ends within a transport packet";
 }
 
 Ends compare_ends(const OpenedFilm& film, const std::vector<StreamSpan>& spans) {
@@ -191,7 +203,9 @@ PacketScan scan_packets(const fs::path& path) {
   std::sort(scan.stamps.begin(), scan.stamps.end(), [](const auto& a, const auto& b) {
     return a.ticks < b.ticks;
   });
-  if (std::string cut = beyond_the_end(*film.container, *film.stream); !cut.empty()) {
+  std::string cut = beyond_the_end(*film.container, *film.stream);
+  if (cut.empty()) cut = cut_within_a_packet(*film.container);
+  if (!cut.empty()) {
     scan.broken = cut;
   } else if (scan.broken.empty() && status != AVERROR_EOF) {
     scan.broken = fmt::format(

@@ -37,22 +37,19 @@ Positions rig_positions(const Camera& camera,
 
 class TraceBuilder {
  public:
-  TraceBuilder(const Rig& rig,
-               const std::vector<MarkerTrack>& tracks,
-               const PlaneMap& map,
-               const std::vector<bool>& doubled)
-      : m_rig(rig), m_camera(*rig.camera), m_tracks(tracks), m_map(map), m_doubled(doubled) {}
+  TraceBuilder(const Rig& rig, const TrackedFilm& film)
+      : m_rig(rig), m_camera(*rig.camera), m_film(film) {}
 
-  Trace build(const std::vector<double>& time_s, int height_px) {
-    m_trace.time_s = time_s;
-    for (std::size_t i = 0; i < m_tracks.size(); ++i) add_marker(i, height_px);
+  Trace build() {
+    m_trace.time_s = m_film.time_s;
+    for (std::size_t i = 0; i < m_film.tracks.size(); ++i) add_marker(i);
     if (m_rig.observable) add_observable();
     return std::move(m_trace);
   }
 
  private:
   [[nodiscard]] bool missing(const MarkerTrack& track, std::size_t n) const {
-    return m_doubled[n] || !track.position_px[n].allFinite();
+    return m_film.doubled[n] || !track.position_px[n].allFinite();
   }
 
   std::vector<double>& add_channel(std::string name) {
@@ -60,17 +57,23 @@ class TraceBuilder {
     return m_trace.channels.back().values;
   }
 
-  void add_marker(std::size_t i, int height_px) {
+  /// How much later than the frame's first row a place is read [s].
+  [[nodiscard]] double row_offset_s(const Eigen::Vector2d& px) const {
+    return m_camera.readout_s * px.y() / std::max(1, m_film.height_px - 1);
+  }
+
+  void add_marker(std::size_t i) {
     const Marker& marker = m_rig.markers[i];
-    const MarkerTrack& track = m_tracks[i];
+    const MarkerTrack& track = m_film.straight[i];
     std::vector<Eigen::Vector2d> plane(track.position_px.size(), Eigen::Vector2d::Constant(kNaN));
     std::vector<double> sigma_m(plane.size(), kNaN);
     for (std::size_t n = 0; n < plane.size(); ++n) {
       if (missing(track, n)) continue;
-      const Homography& plane_from_px = m_map.at(n);
+      const Homography& plane_from_px = m_film.map.at(n);
       plane[n] = map_point(plane_from_px, track.position_px[n]);
       const Eigen::Matrix2d jacobian = map_jacobian(plane_from_px, track.position_px[n]);
-      sigma_m[n] = track.sigma_px[n] * jacobian.norm() / std::sqrt(2.0);
+      const double of_map = m_film.map.noise_m.empty() ? 0.0 : m_film.map.noise_m[i][n];
+      sigma_m[n] = std::hypot(track.sigma_px[n] * jacobian.norm() / std::sqrt(2.0), of_map);
     }
     m_settled.push_back(rig_positions(m_camera, marker, {settled_position(plane)}).front());
     m_positions.push_back(rig_positions(m_camera, marker, plane));
@@ -87,9 +90,9 @@ class TraceBuilder {
     if (m_camera.readout_s > 0.0) {
       std::vector<double>& offset = add_channel(marker.id + ".time_offset_s");
       for (std::size_t n = 0; n < plane.size(); ++n) {
-        if (missing(track, n)) continue;
-        offset[n] = m_camera.readout_s * track.position_px[n].y() / std::max(1, height_px - 1);
+        if (!missing(track, n)) offset[n] = row_offset_s(m_film.tracks[i].position_px[n]);
       }
+      m_offsets_s.push_back(offset);
     }
   }
 
@@ -109,9 +112,11 @@ class TraceBuilder {
     }
     const bool angle = definition.kind == ObservableKind::Angle;
     std::vector<double> values(m_trace.time_s.size(), kNaN);
+    std::vector<double> offset_s(values.size(), kNaN);
     for (std::size_t n = 0; n < values.size(); ++n) {
+      offset_s[n] = mean_offset_s(which, n);
       Positions now;
-      for (const std::size_t i : which) now.push_back(m_positions[i][n]);
+      for (const std::size_t i : which) now.push_back(position_at(i, n, offset_s[n]));
       const bool complete =
           std::all_of(now.begin(), now.end(), [](const auto& p) { return p.allFinite(); });
       if (!complete) continue;
@@ -119,27 +124,79 @@ class TraceBuilder {
     }
     if (angle) unwrap(values);
     add_channel(observable_column(definition.kind)) = std::move(values);
+    if (m_camera.readout_s > 0.0) add_channel("observable.time_offset_s") = std::move(offset_s);
+  }
+
+  /// Mean of some markers' row times in a frame; 0 without a rolling shutter [s].
+  [[nodiscard]] double mean_offset_s(const std::vector<std::size_t>& which, std::size_t n) const {
+    double sum = 0.0;
+    for (const std::size_t i : which) sum += m_offsets_s.empty() ? 0.0 : m_offsets_s[i][n];
+    return sum / static_cast<double>(which.size());
+  }
+
+  /// A marker's position so long after the start of frame `n`: Lagrange's polynomial through its
+  /// samples around, at their own times.
+  [[nodiscard]] Eigen::Vector3d position_at(std::size_t i, std::size_t n, double offset_s) const {
+    const Positions& positions = m_positions[i];
+    if (m_offsets_s.empty() || !positions[n].allFinite()) return positions[n];
+    const std::vector<double>& own_s = m_offsets_s[i];
+    const std::vector<double>& time_s = m_film.time_s;
+    if (own_s[n] == offset_s) return positions[n];
+    const double at_s = offset_s - own_s[n];  // from this marker's own sample
+    const bool later = at_s > 0.0;
+    std::vector<std::size_t> nodes = {n};
+    // Outwards, first to the side where the time lies; a gap ends a side.
+    bool open[2] = {true, true};
+    for (std::size_t reach = 1; reach <= kReadoutNeighbours / 2; ++reach) {
+      for (const bool forward : {later, !later}) {
+        if (!open[forward] || nodes.size() >= kReadoutNeighbours) continue;
+        const bool inside = forward ? n + reach < positions.size() : n >= reach;
+        const std::size_t k = forward ? n + reach : n - reach;
+        open[forward] = inside && positions[k].allFinite();
+        if (open[forward]) nodes.push_back(k);
+      }
+    }
+    if (nodes.size() < 2) return Eigen::Vector3d::Constant(kNaN);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const std::size_t a : nodes) {
+      double weight = 1.0;
+      const double node_s = time_s[a] + own_s[a];
+      for (const std::size_t b : nodes) {
+        const double other_s = time_s[b] + own_s[b];
+        if (b != a) weight *= (time_s[n] + offset_s - other_s) / (node_s - other_s);
+      }
+      sum += weight * positions[a];
+    }
+    return sum;
   }
 
   const Rig& m_rig;
   const Camera& m_camera;
-  const std::vector<MarkerTrack>& m_tracks;
-  const PlaneMap& m_map;
-  const std::vector<bool>& m_doubled;
-  std::vector<Positions> m_positions;  // one a marker
+  const TrackedFilm& m_film;
+  std::vector<Positions> m_positions;            // one a marker
+  std::vector<std::vector<double>> m_offsets_s;  // [marker][frame]; empty: global shutter
   Positions m_settled;
   Trace m_trace;
 };
 
 }  // namespace
 
-Trace trace_of_tracks(const Rig& rig,
-                      const std::vector<MarkerTrack>& tracks,
-                      const PlaneMap& map,
-                      const std::vector<double>& time_s,
-                      const std::vector<bool>& doubled,
-                      int height_px) {
-  return TraceBuilder(rig, tracks, map, doubled).build(time_s, height_px);
+std::vector<MarkerTrack> straightened(const std::vector<MarkerTrack>& tracks, const Lens& lens) {
+  std::vector<MarkerTrack> straight = tracks;
+  for (MarkerTrack& track : straight) {
+    for (std::size_t n = 0; n < track.position_px.size(); ++n) {
+      Eigen::Vector2d& px = track.position_px[n];
+      px = lens.undistorted(px);
+      if (!px.allFinite()) continue;
+      // Areas grow by the determinant; a sigma is that of either coordinate.
+      track.sigma_px[n] /= std::sqrt(lens.distortion_jacobian(px).determinant());
+    }
+  }
+  return straight;
+}
+
+Trace trace_of_tracks(const Rig& rig, const TrackedFilm& film) {
+  return TraceBuilder(rig, film).build();
 }
 
 }  // namespace twang::detail

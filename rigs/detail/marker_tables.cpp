@@ -183,15 +183,16 @@ std::optional<ObservableDefinition> read_observable(const TomlTable& document, c
   return observable;
 }
 
-std::optional<Camera> read_camera(const TomlTable& document) {
+std::optional<Camera> read_camera(const TomlTable& document, const std::filesystem::path& folder) {
   const auto table = document.table("camera");
   if (!table) return std::nullopt;
-  table->allow_only({"capture_fps", "image_right", "image_down", "readout_ms"});
+  table->allow_only({"capture_fps", "image_right", "image_down", "readout_ms", "lens"});
   Camera camera;
   if (table->has("capture_fps")) camera.capture_fps = table->positive("capture_fps");
   if (table->has("readout_ms")) {
     camera.readout_s = table->non_negative("readout_ms") * kSecondsPerMillisecond;
   }
+  if (table->has("lens")) camera.lens = folder / table->text("lens");
   if (table->has("image_right")) camera.image_right = table->direction("image_right").normalized();
   if (table->has("image_down")) camera.image_down = table->direction("image_down").normalized();
   const double cosine = camera.image_right.dot(camera.image_down);

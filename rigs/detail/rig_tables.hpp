@@ -26,7 +26,8 @@ namespace twang::detail {
 [[nodiscard]] std::vector<Box> read_clamps(const TomlTable& document, const Rig& rig);
 /// Checked against the parts.
 [[nodiscard]] std::vector<Marker> read_markers(const TomlTable& document, const Rig& rig);
-[[nodiscard]] std::optional<Camera> read_camera(const TomlTable& document);
+[[nodiscard]] std::optional<Camera> read_camera(const TomlTable& document,
+                                                const std::filesystem::path& folder);
 /// Checked against the markers and the camera.
 [[nodiscard]] std::optional<ObservableDefinition> read_observable(const TomlTable& document,
                                                                   const Rig& rig);

@@ -14,19 +14,36 @@
 namespace twang::detail {
 namespace {
 
-/// A value as a person wrote it, cut where it gets long.
-std::string shown(const toml::node& node) {
+constexpr std::size_t kLongestShown = 80;
+
+/// A value as a person wrote it; of a long list only the beginning.
+std::string written(const toml::node& node) {
   if (node.is_table()) return "a table";
+  if (const auto number = node.as_floating_point()) return exact_text(number->get());
+  if (const toml::array* array = node.as_array()) {
+    // Not left to the library, whose line breaking overflows where a number is negative.
+    std::string text;
+    for (const toml::node& element : *array) {
+      text += (text.empty() ? "[ " : ", ") + written(element);
+      if (text.size() > kLongestShown) return text;
+    }
+    return text.empty() ? "[]" : text + " ]";
+  }
+  std::ostringstream stream;
+  node.visit([&](const auto& concrete) {
+    if constexpr (toml::is_value<decltype(concrete)>) stream << concrete;
+  });
+  return std::move(stream).str();
+}
+
+/// The same in one line, cut where it gets long.
+std::string shown(const toml::node& node) {
   if (const toml::array* array = node.as_array(); array && array->is_array_of_tables()) {
     return "an array of tables";
   }
-  if (const auto number = node.as_floating_point()) return exact_text(number->get());
-  std::ostringstream stream;
-  node.visit([&](const auto& concrete) { stream << concrete; });
-  std::string text = stream.str();
+  std::string text = written(node);
   std::replace(text.begin(), text.end(), '\n', ' ');
-  constexpr std::size_t kLongest = 80;
-  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+  if (text.size() > kLongestShown) text = text.substr(0, kLongestShown) + "...";
   return text;
 }
 

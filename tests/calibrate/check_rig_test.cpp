@@ -51,7 +51,9 @@ FilmInspection good_film(const Rig& rig) {
   film.film = "strip.mp4";
   film.width_px = 1280;
   film.height_px = 720;
-  film.time_base = {240.0, 240.0, "rig", 480, 0, 0};
+  film.time_base.file_fps = film.time_base.capture_fps = 240.0;
+  film.time_base.source = "rig";
+  film.time_base.frames = 480;
   film.least_interval_s = film.largest_interval_s = 1.0 / 240.0;
   film.px_per_m = 9000.0;
   for (const Marker& marker : rig.markers) {

@@ -35,8 +35,8 @@ Filmed film(const std::function<double(int)>& path_px,
   std::mt19937 random(seed);
   std::normal_distribution<double> error(0.0, kNoise_px);
   Filmed filmed;
-  MarkerTrack still{"still", {}, {}, 0, ""};
-  MarkerTrack moving{"moving", {}, {}, 0, ""};
+  MarkerTrack still{"still", {}, {}, 0, "", {}, 0.0};
+  MarkerTrack moving{"moving", {}, {}, 0, "", {}, 0.0};
   for (int n = 0; n < kFrames; ++n) {
     const double now = path_px(shown(n));
     const double before = path_px(shown(std::max(0, n - 1)));

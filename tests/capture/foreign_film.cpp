@@ -66,6 +66,33 @@ CodecContextPtr open_encoder(const ForeignFilm& film, bool global_header) {
   return codec;
 }
 
+/// An even picture. More than 8 bits: the level's remaining bits count pictures.
+void fill(AVFrame& frame, int n) {
+  const auto* format = av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
+  const AVComponentDescriptor& luma = format->comp[0];
+  for (int plane = 0; plane < 4 && frame.buf[plane]; ++plane) {
+    std::uint8_t* bytes = frame.buf[plane]->data;
+    const std::size_t size = frame.buf[plane]->size;
+    if (luma.depth == 8) {
+      std::memset(bytes, plane == 0 ? picture_level(n) : 128, size);
+      if (plane > 0 || luma.step == 1) continue;
+      for (std::size_t i = 1 - static_cast<std::size_t>(luma.offset); i < size; i += 2) {
+        bytes[i] = 128;  // the chroma between the luma
+      }
+      continue;
+    }
+    const int surplus = luma.depth - 8;
+    const int level =
+        plane == 0 ? (picture_level(n) << surplus) + n % (1 << surplus) : 128 << surplus;
+    const bool big = (format->flags & AV_PIX_FMT_FLAG_BE) != 0;
+    for (std::size_t i = 0; i + 1 < size; i += 2) {
+      const int sample = level << luma.shift;
+      bytes[i] = static_cast<std::uint8_t>(big ? sample >> 8 : sample);
+      bytes[i + 1] = static_cast<std::uint8_t>(big ? sample : sample >> 8);
+    }
+  }
+}
+
 std::vector<PacketPtr> encode(AVCodecContext& codec, const ForeignFilm& film) {
   std::vector<PacketPtr> packets;
   for (std::size_t n = 0; n < film.stamps.size(); ++n) {
@@ -74,10 +101,7 @@ std::vector<PacketPtr> encode(AVCodecContext& codec, const ForeignFilm& film) {
     frame->height = kHeight;
     frame->format = codec.pix_fmt;
     require(av_frame_get_buffer(frame.get(), 0), "frame");
-    for (int plane = 0; plane < 4 && frame->buf[plane]; ++plane) {
-      const int level = plane == 0 ? picture_level(static_cast<int>(n)) : 128;
-      std::memset(frame->buf[plane]->data, level, frame->buf[plane]->size);
-    }
+    fill(*frame, static_cast<int>(n));
     frame->pts = film.stamps[n];
     require(avcodec_send_frame(&codec, frame.get()), "encoding");
     drain(codec, packets);
@@ -105,6 +129,8 @@ void write_foreign_film(const std::filesystem::path& path, const ForeignFilm& fi
   const std::vector<PacketPtr> packets = encode(*codec, film);
   for (std::size_t i = 0; i < packets.size(); ++i) {
     AVPacket& packet = *packets[i];
+    const std::size_t count = film.stamps.size();
+    if (count > 1) packet.duration = film.stamps[count - 1] - film.stamps[count - 2];
     if (film.reordering_lost) packet.pts = packet.dts = film.stamps[i];
     av_packet_rescale_ts(&packet, codec->time_base, stream->time_base);
     require(av_interleaved_write_frame(output.get(), &packet), "writing");

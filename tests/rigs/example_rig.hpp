@@ -73,6 +73,7 @@ capture_fps = 240
 image_right = [0.0, 3.0, 0.0]
 image_down = [0.0, 0.0, -1.0]
 readout_ms = 4.0
+lens = "phone.yml"
 [tolerance]
 dimension_mm = 0.085
 density_rel = 0.01

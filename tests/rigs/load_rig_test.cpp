@@ -118,6 +118,7 @@ TEST(LoadRig, ReadsObservableReleaseAndCamera) {
   EXPECT_EQ(rig.camera->image_right, Vector3d(0.0, 1.0, 0.0)) << "made a unit vector";
   EXPECT_EQ(rig.camera->image_down, Vector3d(0.0, 0.0, -1.0));
   EXPECT_DOUBLE_EQ(rig.camera->readout_s, 0.004);
+  EXPECT_EQ(rig.camera->lens, rig.file.parent_path() / "phone.yml");
 }
 
 TEST(LoadRig, ReadsToleranceGravityAndSpecimen) {
