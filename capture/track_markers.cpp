@@ -211,7 +211,6 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
 }
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
-  const std::size_t num_frames = m_stamps_s.size();
   for (std::string& note : describe_time_base(m_result.time_base)) {
     m_result.notes.push_back(std::move(note));
   }
