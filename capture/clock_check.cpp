@@ -219,24 +219,37 @@ Frequency refine(const Samples& samples, std::size_t count, double hz, double re
   return result;
 }
 
-/// The fundamental of what may be a harmonic: of short flashes, all harmonics are equally strong.
-double fundamental_of(const Samples& samples, std::size_t count, double peak_hz) {
-  constexpr int kMaxOrder = 6;
+struct Candidate {
+  double hz = 0.0;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+/// The best rate within a quarter of a line's width.
+Candidate best_near(const PeriodicModel& model, double hz, double line_hz) {
   constexpr int kSteps = 6;
-  const double duration = samples.time_s[count - 1] - samples.time_s[0];
-  const PeriodicModel model(samples, count);
-  double best_hz = peak_hz;
-  double best_cost = std::numeric_limits<double>::infinity();
-  for (int order = 1; order <= kMaxOrder && peak_hz / order > 1.5 / duration; ++order) {
-    for (int i = -kSteps; i <= kSteps; ++i) {
-      const double hz = peak_hz / order + i * 0.25 / (kSteps * duration * order);
-      const double cost = model.fit(hz).cost;
-      if (cost >= best_cost) continue;
-      best_cost = cost;
-      best_hz = hz;
-    }
+  Candidate best;
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    const double tried = hz + i * 0.25 * line_hz / kSteps;
+    const double cost = model.fit(tried).cost;
+    if (cost < best.cost) best = {tried, cost};
   }
-  return best_hz;
+  return best;
+}
+
+/// The fundamental of what may be a harmonic: of short flashes, all harmonics are equally strong.
+/// Where sampling makes several rates look alike, it is the stated one.
+double fundamental_of(const Samples& samples, std::size_t count, double peak_hz, double rate_hz) {
+  constexpr int kMaxOrder = 6;
+  constexpr double kMuchBetter = 0.7;  // noise alone lets a lower rate fit somewhat better
+  const double line_hz = 1.0 / (samples.time_s[count - 1] - samples.time_s[0]);
+  const PeriodicModel model(samples, count);
+  Candidate best;
+  for (int order = 1; order <= kMaxOrder && peak_hz / order > 1.5 * line_hz; ++order) {
+    const Candidate candidate = best_near(model, peak_hz / order, line_hz / order);
+    if (order == 1 || candidate.cost < kMuchBetter * best.cost) best = candidate;
+  }
+  const Candidate stated = best_near(model, rate_hz, line_hz);
+  return stated.cost * kMuchBetter <= best.cost ? stated.hz : best.hz;
 }
 
 std::string likely_cause(const ClockCheck& check, double fps) {
@@ -319,7 +332,7 @@ ClockCheck check_clock(const std::vector<double>& time_s,
   }
   std::size_t window = std::min(count, kSearchFrames);
   const double peak = strongest_frequency(samples, window, 0.5 * fps);
-  const double coarse = fundamental_of(samples, window, peak);
+  const double coarse = fundamental_of(samples, window, peak, rate_hz);
   const auto duration = [&] { return samples.time_s[window - 1] - samples.time_s[0]; };
   Frequency found = refine(samples, window, coarse, 0.5 / duration());
   while (window < count) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/find_layout.hpp"
 
+#include "capture/detail/check_layout.hpp"
 #include "capture/detail/marker_candidates.hpp"
 #include "capture/detail/match_constellation.hpp"
 #include "capture/detail/place_patches.hpp"
 #include "capture/detail/search_marker.hpp"
 #include "capture/marker_pattern.hpp"
 #include "core/error.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <Eigen/LU>
@@ -46,44 +46,6 @@ constexpr double kMostContrastRatio = 2.5;
 
 std::string at_text(const Eigen::Vector2d& px) {
   return fmt::format("({:.0f}, {:.0f})", px.x(), px.y());
-}
-
-void check_kinds(const Rig& rig) {
-  for (const Marker& marker : rig.markers) {
-    try {
-      static_cast<void>(MarkerPattern(marker));
-    } catch (const InputError& error) {
-      throw InputError(fmt::format(
-          "{}: {}", rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(), error.what()));
-    }
-  }
-}
-
-void check_starts(const LumaFrame& frame,
-                  const Rig& rig,
-                  const std::map<std::string, Eigen::Vector2d>& start_px) {
-  for (const auto& [id, px] : start_px) {
-    if (!rig.find_marker(id)) {
-      std::vector<std::string> ids;
-      for (const Marker& marker : rig.markers) ids.push_back(marker.id);
-      throw InputError(fmt::format(
-          "--marker {}: the rig has no such marker, must be one of its ids (nearest: '{}')",
-          id,
-          nearest_word(id, ids)));
-    }
-    const bool inside = px.x() >= 0.0 && px.y() >= 0.0 && px.x() <= frame.width_px - 1 &&
-                        px.y() <= frame.height_px - 1;
-    if (!inside) {
-      throw InputError(
-          fmt::format("--marker {}={},{}: lies outside the picture, must be within "
-                      "{} x {} pixels",
-                      id,
-                      px.x(),
-                      px.y(),
-                      frame.width_px,
-                      frame.height_px));
-    }
-  }
 }
 
 class LayoutSearch {
@@ -405,13 +367,8 @@ PartialLayout search_layout(const LumaFrame& frame,
                             const std::map<std::string, Eigen::Vector2d>& start_px,
                             const std::string& film,
                             const std::string& picture) {
-  if (rig.markers.empty() || !rig.camera) {
-    throw InputError(fmt::format("{}: has no {}, must have [[marker]] and [camera] to be tracked",
-                                 rig.file.empty() ? "rig '" + rig.name + "'" : rig.file.string(),
-                                 rig.markers.empty() ? "[[marker]]" : "[camera]"));
-  }
-  check_kinds(rig);
-  check_starts(frame, rig, start_px);
+  detail::check_markers(rig);
+  detail::check_starts(frame, rig, start_px);
   const Rig printed = detail::without_patches(rig);
   if (printed.markers.size() == rig.markers.size()) {
     return LayoutSearch(frame, rig, start_px, film, picture).run();

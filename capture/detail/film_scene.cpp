@@ -200,6 +200,8 @@ void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
   const PixelBox box = box_of(marker, canvas);
   const double pixel = std::sqrt(std::abs(marker.pattern_from_px.determinant()));
   const double sample = pixel / kPatternSamples;
+  // Smooth over a pixel: its mean hardly knows how the pixel is turned.
+  const bool texture = marker.pattern.kind() == MarkerKind::Patch;
   // A square of this side around a pixel's centre holds the pixel however it is turned and sheared.
   const double surround = 2.0 * marker.pattern_from_px.cwiseAbs().rowwise().sum().maxCoeff();
   for (int y = box.y0; y < box.y1; ++y) {
@@ -208,6 +210,11 @@ void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
       const Eigen::Vector2d centre =
           marker.pattern_from_px * (Eigen::Vector2d(x, y) - marker.centre_px);
       const double far = centre.cwiseAbs().maxCoeff() + 0.5 * surround;
+      if (texture && far < kPaperHalf) {
+        const double value = marker.pattern.averaged(centre.x(), centre.y(), pixel);
+        row[x] = static_cast<float>(kInk + (kPaper - kInk) * value);
+        continue;
+      }
       const double around = marker.pattern.averaged(centre.x(), centre.y(), surround);
       if (far < kPaperHalf && std::min(around, 1.0 - around) < kUniform) {
         row[x] = static_cast<float>(around > 0.5 ? kPaper : kInk);

@@ -18,6 +18,9 @@ constexpr int kAtLeast = 14;        // twice its terms
 constexpr std::size_t kReach = 44;  // frames on either side in which they are looked for
 constexpr int kNumOmegas = 52;  // grid from 0 to half the frame rate: ω within a tenth of a radian
                                 // over the window, the rest is left to the terms b and d
+constexpr int kNumSlowOmegas = 10;     // of these where motion is slow
+constexpr std::size_t kBothSides = 4;  // frames there must be on either side of slow motion
+constexpr double kStood_px = 0.3;      // between two codings of one picture [px]
 constexpr int kMaxTerms = 7;
 constexpr int kCubicTerms = 4;
 constexpr int kMaxRun = 4;            // alike frames in a row from which on the film stands still
@@ -103,10 +106,10 @@ std::optional<LocalFit> fit_with(double omega, const Samples& samples) {
 }
 
 /// The fit of the frequency that suits best, the smooth one where none does better.
-std::optional<LocalFit> best_fit(const Samples& samples) {
+std::optional<LocalFit> best_fit(const Samples& samples, int num_omegas = kNumOmegas) {
   if (samples.t.size() < kAtLeast) return std::nullopt;
   std::optional<LocalFit> best;
-  for (int i = 0; i < kNumOmegas; ++i) {
+  for (int i = 0; i < num_omegas; ++i) {
     std::optional<LocalFit> fit = fit_with(kPi * i / kNumOmegas, samples);
     if (fit && (!best || fit->residual_px < best->residual_px)) best = std::move(fit);
   }
@@ -141,11 +144,15 @@ class RepeatFinder {
       m_repeats[n] = m_likeness[n] == Likeness::Same || in_cadence(n);
       open[n] = m_likeness[n] == Likeness::Alike && !m_repeats[n];
     }
-    // What is decided of later frames helps with earlier ones.
-    for (int pass = 0; pass < 2; ++pass) {
-      for (std::size_t n = 1; n < num_frames; ++n) {
-        if (open[n]) m_repeats[n] = stands_still(n);
-      }
+    for (std::size_t n = 1; n < num_frames; ++n) {
+      if (open[n]) m_repeats[n] = stands_still(n);
+    }
+    // Repeats found later help with earlier frames.
+    for (std::size_t n = 1; n < num_frames; ++n) {
+      const auto next = m_repeats.begin() + static_cast<std::ptrdiff_t>(n + 1);
+      const auto end =
+          m_repeats.begin() + static_cast<std::ptrdiff_t>(std::min(n + 1 + kReach, num_frames));
+      if (open[n] && std::find(next, end, true) < end) m_repeats[n] = stands_still(n);
     }
     return std::move(m_repeats);
   }
@@ -275,29 +282,43 @@ class RepeatFinder {
   [[nodiscard]] bool stands_still(std::size_t frame) const {
     std::size_t origin = frame - 1;  // the picture that would be repeated
     while (origin > 0 && m_repeats[origin]) --origin;
-    return (m_run[frame] <= kMaxRun && stands_still(frame, origin, Witness::Different)) ||
-           (is_slow(frame) && stands_still(frame, origin, Witness::NoRepeat));
+    return (m_run[frame] <= kMaxRun && stands_still(frame, origin)) ||
+           (is_slow(frame) && stands_still_slowly(frame, origin));
   }
 
-  [[nodiscard]] bool stands_still(std::size_t frame, std::size_t origin, Witness witness) const {
-    const auto [path, range_px] = liveliest(frame, origin, witness);
+  /// In slow motion, where all pictures are alike: low frequencies, all other frames.
+  [[nodiscard]] bool stands_still_slowly(std::size_t frame, std::size_t origin) const {
+    if (frame + kBothSides >= m_likeness.size() || frame < kBothSides) return false;
+    const auto [path, range_px] = liveliest(frame, origin, Witness::NoRepeat);
     if (range_px < kMotion_px) return false;
-    std::optional<LocalFit> plain = best_fit(samples(path, frame, witness, Clock{}));
+    const auto fit = best_fit(samples(path, frame, Witness::NoRepeat, Clock{}), kNumSlowOmegas);
+    return fit && should_have_moved(
+                      *fit, path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
+  }
+
+  [[nodiscard]] bool stands_still(std::size_t frame, std::size_t origin) const {
+    const auto [path, range_px] = liveliest(frame, origin, Witness::Different);
+    if (range_px < kMotion_px || std::abs(path.at(frame) - path.at(origin)) > kStood_px) {
+      return false;
+    }
+    const auto fit_by = [&, path = path](Clock clock, Side side = Side::Both) {
+      return best_fit(samples(path, frame, Witness::Different, clock, side));
+    };
+    std::optional<LocalFit> plain = fit_by(Clock{});
     // About a release, or where a hand comes in, no one motion fits both sides.
     if (!plain || plain->residual_px > kFitsWell * range_px) {
-      for (const Side side : {Side::Before, Side::After}) {
-        plain = better(std::move(plain), best_fit(samples(path, frame, witness, Clock{}, side)));
-      }
+      plain = better(std::move(plain), fit_by(Clock{}, Side::Before));
+      plain = better(std::move(plain), fit_by(Clock{}, Side::After));
     }
     constexpr Clock kCounted{Count::NoRepeat};
-    const std::optional<LocalFit> counted = best_fit(samples(path, frame, witness, kCounted));
+    const std::optional<LocalFit> counted = fit_by(kCounted);
     const bool by_count =
         counted && (!plain || counted->residual_px < kMuchBetter * plain->residual_px);
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
     if (should_have_moved(*fit, path.at(frame), path.at(origin), origin_time)) return true;
-    return witness == Witness::Different && fit->residual_px > kFitsWell * range_px &&
+    return fit->residual_px > kFitsWell * range_px &&
            is_put_in_between(
                path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual_px));
   }

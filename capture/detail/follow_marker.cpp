@@ -30,6 +30,7 @@ constexpr double kGateSigmas = 4.0;  // about what companions say
 constexpr double kLeastCorrelation = 0.45;
 constexpr double kVisibleBlur_px = 0.8;
 constexpr int kEnoughBlurs = 10;
+constexpr double kKnownMotion = 3.0;  // sigma of a forecast that still tells the motion, in sizes
 // What the three sources of a place are worth.
 constexpr double kTrustCompanion = 0.6;
 constexpr double kTrustReach = 0.1;
@@ -38,8 +39,9 @@ constexpr double kReachSigma = 0.6;  // of the places within the reach, in reach
 constexpr double kFirstScoreDrop = 0.06;
 constexpr double kFirstSizeMisfit = 0.15;
 constexpr double kFirstContrastRange = 2.0;
-constexpr int kBetterLooks = 12;  // frames after that in which it may be fitted anew
-constexpr double kTemplateBlur_px = 0.7;
+constexpr double kNoMotionDrop = 0.01;  // of the score, with which it need not be moving
+constexpr double kFirstMotion = 0.3;    // blur from which its length is fitted, in sizes
+constexpr int kBetterLooks = 12;        // tries to fit its pattern later
 
 }  // namespace
 
@@ -60,12 +62,12 @@ MarkerFollower::MarkerFollower(const MarkerPattern& pattern,
                                const MarkerPlacement& due,
                                const MarkerBackground& background,
                                const UsualLooks& usual)
-    : m_marker(pattern, placed_size_px(due), kTemplateBlur_px),
-      m_px_from_pattern(due.px_from_pattern),
+    : m_marker(pattern, usual.size_ratio * placed_size_px(due), usual.blur_px),
+      m_px_from_pattern(usual.size_ratio * due.px_from_pattern),
       m_background(background),
       m_usual(usual),
       m_seen(false),
-      m_size_px(placed_size_px(due)),
+      m_size_px(usual.size_ratio * placed_size_px(due)),
       m_typical_score(usual.score),
       m_typical_contrast(usual.contrast),
       m_forecast(background.rest_px, background.rest_px, m_size_px) {}
@@ -77,7 +79,11 @@ MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Ve
   // Half of what it moved since the last frame and half of what it will: at a turning point the
   // marker is sharp.
   Eigen::Vector2d moved = Eigen::Vector2d::Zero();
-  if (frames_lost() == 0) moved = at - m_forecast.last_px();
+  if (frames_lost() == 0) {
+    moved = at - m_forecast.last_px();
+  } else if (forecast().sigma_px < kKnownMotion * m_size_px) {
+    moved = forecast().px - m_forecast.last_px();
+  }
   const Eigen::Vector2d blur = m_blur_ratio * moved;
   const double visible = m_num_blurs < kEnoughBlurs ? moved.norm() : blur.norm();
   if (visible > 2.0 * kVisibleBlur_px) {
@@ -100,33 +106,42 @@ const char* MarkerFollower::doubt(const MarkerAlignment& found) const {
   return nullptr;
 }
 
-/// A marker never seen so far: fitted with size and slant free and held to what is usual.
+/// A marker never seen so far: of the size and shape that the layout says, sharp or moving any way,
+/// and held to what is usual.
 MarkerFollower::Finding MarkerFollower::first_look(const LumaFrame& frame,
                                                    const Eigen::Vector2d& at) const {
-  FittedMarker fitted = fit_marker(frame,
-                                   m_marker.pattern(),
-                                   {at, m_px_from_pattern, Eigen::Vector2d::Zero()},
-                                   kApart * m_size_px + 1.0);
-  Finding finding{fitted.alignment, nullptr, std::nullopt};
-  const MarkerAlignment& found = fitted.alignment;
-  const double size = placed_size_px(found.placement) / (m_size_px * m_usual.size_ratio);
+  AlignOptions options;
+  options.farthest_px = kApart * m_size_px + 1.0;
+  Finding best{align_marker(frame, m_marker, {at, m_px_from_pattern, {0.0, 0.0}}, options),
+               nullptr};
+  options.fit_motion = true;
+  const double slanted = std::sqrt(0.5);
+  for (const Eigen::Vector2d& way : {Eigen::Vector2d(1.0, 0.0),
+                                     Eigen::Vector2d(0.0, 1.0),
+                                     Eigen::Vector2d(slanted, slanted),
+                                     Eigen::Vector2d(slanted, -slanted)}) {
+    if (best.alignment.converged && best.alignment.score > m_usual.score - kNoMotionDrop) break;
+    const MarkerPlacement start{at, m_px_from_pattern, kFirstMotion * m_size_px * way};
+    const MarkerAlignment found = align_marker(frame, m_marker, start, options);
+    if (!found.converged || found.placement.motion_px.norm() > m_size_px) continue;
+    if (!best.alignment.converged || found.score > best.alignment.score) best.alignment = found;
+  }
+  const MarkerAlignment& found = best.alignment;
   const double contrast = m_usual.contrast > 0.0 ? found.contrast / m_usual.contrast : 1.0;
   if (!found.converged) {
-    finding.why_not = "nothing there looks like it";
+    best.why_not = "nothing there looks like it";
   } else if (found.score < m_usual.score - kFirstScoreDrop || !(found.sigma_px < kMostSigma_px) ||
-             std::abs(std::log(size)) > kFirstSizeMisfit || contrast > kFirstContrastRange ||
+             std::abs(found.turn_rad) > kMostTurn_rad || contrast > kFirstContrastRange ||
              contrast < 1.0 / kFirstContrastRange) {
-    finding.why_not = "it is hidden or blurred";
-  } else {
-    finding.fitted = std::move(fitted);
+    best.why_not = "it is hidden or blurred";
   }
-  return finding;
+  return best;
 }
 
 MarkerFollower::Finding MarkerFollower::look_at(const LumaFrame& frame,
                                                 const Eigen::Vector2d& px) const {
   if (!m_seen) return first_look(frame, px);
-  Finding finding{align_at(frame, px), nullptr, std::nullopt};
+  Finding finding{align_at(frame, px), nullptr};
   finding.why_not = doubt(finding.alignment);
   return finding;
 }
@@ -246,15 +261,17 @@ double MarkerFollower::cost(const Eigen::Vector2d& px,
   return -2.0 * std::log(std::max(sum, 1e-12));
 }
 
-/// The first sight of a marker may have been a poor one (a hand just leaving it): for some frames a
-/// better fit replaces it.
+/// Once a marker that was hidden at first stands about still, its pattern is fitted too.
 void MarkerFollower::look_better(const LumaFrame& frame, const MarkerAlignment& found) {
-  --m_better_looks;
   FittedMarker again = fit_marker(frame, m_marker.pattern(), found.placement, kCapture * m_size_px);
-  if (!again.alignment.converged || again.alignment.score <= m_typical_score) return;
+  --m_better_looks;
+  if (!again.alignment.converged || again.alignment.score <= found.score) return;
+  const double size = placed_size_px(again.alignment.placement);
+  if (std::abs(std::log(size / m_size_px)) > kFirstSizeMisfit) return;
+  m_better_looks = 0;
   m_marker = std::move(again.marker);
   m_px_from_pattern = again.alignment.placement.px_from_pattern;
-  m_size_px = placed_size_px(again.alignment.placement);
+  m_size_px = size;
   m_typical_score = again.alignment.score;
   m_typical_contrast = again.alignment.contrast;
 }
@@ -262,18 +279,17 @@ void MarkerFollower::look_better(const LumaFrame& frame, const MarkerAlignment& 
 void MarkerFollower::accept(const LumaFrame& frame, Finding finding) {
   const MarkerAlignment& found = finding.alignment;
   const Eigen::Vector2d& px = found.placement.position_px;
-  if (!m_seen && finding.fitted) {
+  double moved = frames_lost() == 0 ? (px - m_forecast.last_px()).norm() : kInfinity;
+  if (!m_seen) {
     m_seen = true;
-    m_marker = std::move(finding.fitted->marker);
-    m_size_px = placed_size_px(found.placement);
     m_typical_score = found.score;
     m_typical_contrast = found.contrast;
     m_better_looks = kBetterLooks;
     m_forecast = MotionForecast(m_background.rest_px, px, m_size_px);
+    moved = kInfinity;
   } else {
-    const double moved = frames_lost() == 0 ? (px - m_forecast.last_px()).norm() : 0.0;
     const double blur = found.placement.motion_px.norm();
-    if (blur > 0.0 && moved > 2.0 * kVisibleBlur_px) {
+    if (blur > 0.0 && moved > 2.0 * kVisibleBlur_px && moved < kInfinity) {
       m_blur_ratio += kForget * (std::min(blur / moved, 1.0) - m_blur_ratio);
       ++m_num_blurs;
     }
@@ -283,7 +299,7 @@ void MarkerFollower::accept(const LumaFrame& frame, Finding finding) {
   }
   m_px_from_pattern = found.placement.px_from_pattern;
   m_background.reach_px = std::max(m_background.reach_px, (px - rest_px()).norm());
-  if (m_better_looks > 0) look_better(frame, found);
+  if (m_better_looks > 0 && moved < kVisibleBlur_px) look_better(frame, found);
 }
 
 }  // namespace twang::detail

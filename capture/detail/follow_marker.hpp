@@ -26,6 +26,7 @@ struct UsualLooks {
   double score = 1.0;
   double size_ratio = 1.0;  ///< of the size found to the size due
   double contrast = 0.0;    ///< [grey levels]; 0: not known
+  double blur_px = 0.7;     ///< of the lens [px]
 };
 
 /// One marker's looks and motion: where it may be in the next frame and whether what is found there
@@ -48,7 +49,6 @@ class MarkerFollower {
   struct Finding {
     MarkerAlignment alignment;
     const char* why_not = nullptr;
-    std::optional<FittedMarker> fitted;  ///< of a marker seen for the first time
     [[nodiscard]] bool good() const { return why_not == nullptr; }
     [[nodiscard]] const Eigen::Vector2d& px() const { return alignment.placement.position_px; }
   };

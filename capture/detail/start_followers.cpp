@@ -27,7 +27,7 @@ double due_size_px(const PartialLayout& layout, const Camera& camera, const Mark
 
 /// What is usual of the markers in the layout.
 UsualLooks usual_looks(const PartialLayout& layout, const Rig& rig) {
-  std::vector<double> scores, sizes, contrasts;
+  std::vector<double> scores, sizes, contrasts, blurs;
   for (std::size_t i = 0; i < layout.markers.size(); ++i) {
     if (!layout.markers[i]) continue;
     const MarkerAlignment& found = layout.markers[i]->alignment;
@@ -35,8 +35,9 @@ UsualLooks usual_looks(const PartialLayout& layout, const Rig& rig) {
     sizes.push_back(placed_size_px(found.placement) /
                     due_size_px(layout, *rig.camera, rig.markers[i]));
     contrasts.push_back(found.contrast);
+    blurs.push_back(layout.markers[i]->marker.blur_px());
   }
-  return {median(scores), median(sizes), median(contrasts)};
+  return {median(scores), median(sizes), median(contrasts), median(blurs)};
 }
 
 double extent_px(const PartialLayout& layout, const Rig& rig) {

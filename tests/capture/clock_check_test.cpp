@@ -82,7 +82,7 @@ TEST(ClockCheck, SigmaCoversTheError) {
   // A smooth light without folded harmonics: the closed form of a sinusoid's frequency in noise is
   // sigma_f = sqrt(6 / N) noise / (pi A T).
   double sum = 0.0;
-  constexpr int kFilms = 60;
+  constexpr int kFilms = 30;
   constexpr double kNoise = 3.0;
   constexpr int kFrames = 480;
   for (unsigned seed = 0; seed < kFilms; ++seed) {
@@ -101,8 +101,8 @@ TEST(ClockCheck, SigmaCoversTheError) {
     EXPECT_NEAR(check.sigma_hz / expected, 1.0, 0.25);
     sum += std::pow((check.measured_hz - 31.7) / check.sigma_hz, 2);
   }
-  // rms of 60 normal errors over their sigma: 1 +- 0.09.
-  EXPECT_NEAR(std::sqrt(sum / kFilms), 1.0, 0.3);
+  // rms of 30 normal errors over their sigma: 1 +- 0.13.
+  EXPECT_NEAR(std::sqrt(sum / kFilms), 1.0, 0.4);
 }
 
 TEST(ClockCheck, ASmallDeviationIsMeasured) {

@@ -163,6 +163,16 @@ void write_sound_file(const std::filesystem::path& path) {
   require(av_write_trailer(output.get()), "trailer");
 }
 
+std::string colour_range_of(const std::filesystem::path& path) {
+  silence_ffmpeg();
+  AVFormatContext* raw = nullptr;
+  require(avformat_open_input(&raw, path.c_str(), nullptr, nullptr), "opening");
+  const InputPtr input(raw);
+  require(avformat_find_stream_info(raw, nullptr), "opening");
+  const char* name = av_color_range_name(raw->streams[0]->codecpar->color_range);
+  return name ? name : "";
+}
+
 std::vector<std::uint8_t> decode_png(std::vector<std::uint8_t> bytes,
                                      const std::string& pixel_format) {
   silence_ffmpeg();

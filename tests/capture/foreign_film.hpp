@@ -26,6 +26,10 @@ void write_foreign_film(const std::filesystem::path& path, const ForeignFilm& fi
 /// Writes a file with sound alone.
 void write_sound_file(const std::filesystem::path& path);
 
+/// FFmpeg's name of the range of levels that a film's first picture is tagged with: "tv", "pc"
+/// (full), "unknown".
+[[nodiscard]] std::string colour_range_of(const std::filesystem::path& path);
+
 /// The pixels of a PNG image of the expected pixel format, row after row, as FFmpeg decodes them.
 [[nodiscard]] std::vector<std::uint8_t> decode_png(std::vector<std::uint8_t> bytes,
                                                    const std::string& pixel_format);

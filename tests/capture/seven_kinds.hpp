@@ -75,9 +75,11 @@ inline FilmedState seven_at_rest(const Rig& rig, double tag_turn_rad = 0.0) {
   return state;
 }
 
-/// Everything that is not fixed swings up and down and, less, to the side.
+/// Everything that is not fixed swings up and down and, less, to the side. The tags are turned a
+/// little: where all edges run along the pixels, what the film's discrete blur differs from a
+/// lens's by is the same at all of them and shifts the marker by up to 0.02 px.
 inline FilmedState seven_swinging(const Rig& rig, double amplitude_m, double time_s) {
-  FilmedState state = seven_at_rest(rig);
+  FilmedState state = seven_at_rest(rig, 0.1);
   for (std::size_t i = 0; i < rig.markers.size(); ++i) {
     if (rig.markers[i].fixed) continue;
     const double decay = std::exp(-2.0 * time_s);

@@ -123,6 +123,16 @@ TEST(VideoWriter, TurnsColourIntoFullRangeLuma) {
   }
 }
 
+TEST(VideoWriter, TellsPlayersThatLevelsAreFullRange) {
+  // Read back by FFmpeg itself: without the tag a player stretches 16..235 to black and white.
+  const TemporaryFolder folder;
+  for (const char* name : {"range.mp4", "range.mov", "range.mkv"}) {
+    const fs::path path = folder.path() / name;
+    write_noise_film(path, 3, {.fps = 10.0, .crf = 20});
+    EXPECT_EQ(colour_range_of(path), "pc") << name;
+  }
+}
+
 TEST(VideoWriter, PadsOddSizesByRepeatingTheEdge) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "odd.mp4";

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/track_markers.hpp"
 #include "capture/video_reader.hpp"
+#include "capture/video_writer.hpp"
 #include "tests/capture/filmed_strip.hpp"
 #include "tests/support/expect_refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -257,6 +259,49 @@ TEST_F(RetimedFilm, DroppedFramesAreMissedAndTheOthersKeepTheirTime) {
       EXPECT_NEAR(time_s[i], static_cast<double>(n) / kFps, 1e-6) << extension << " " << i;
     }
   }
+}
+
+TEST(TrackWithLight, TellsTheSlowMotionThatTheFileConceals) {
+  // The original with a light of 40 Hz painted in, stored as if it had been filmed at half the
+  // rate.
+  const fs::path path = original().folder() / "light.mkv";
+  {
+    VideoReader reader(original().path());
+    VideoWriter writer(path, 400, 240, {.fps = kFps / 2.0, .crf = 4});
+    for (int n = 0; n < kFrames; ++n) {
+      const auto frame = reader.read();
+      ASSERT_TRUE(frame);
+      Image image{400, 240, 1, {}};
+      for (int y = 0; y < 240; ++y) {
+        const std::uint8_t* row = frame->pixels + y * frame->stride;
+        image.pixels.insert(image.pixels.end(), row, row + 400);
+      }
+      const bool bright = std::fmod(40.0 * n / kFps + 0.05, 1.0) < 0.5;
+      for (int y = 2; y < 12; ++y) {
+        std::fill_n(image.pixels.begin() + y * 400 + 2, 10, bright ? 250 : 90);
+      }
+      writer.write(image);
+    }
+    writer.finish();
+  }
+  TrackOptions options;
+  options.clock = BlinkingLight{3.0, 3.0, 8.0, 8.0, 40.0};
+  const TrackResult tracked = track_markers(original().rig(), path, options);
+  ASSERT_TRUE(tracked.clock && tracked.clock->found);
+  // Six periods of six frames each: the rate to a part of a frame in thirty-six.
+  EXPECT_NEAR(tracked.clock->deviation_rel, -0.5, 0.01);
+  EXPECT_FALSE(tracked.clock->warning.empty());
+  EXPECT_EQ(tracked.time_base.capture_fps, kFps / 2.0);  // said, not done
+  options.clock_correct = true;
+  const TrackResult corrected = track_markers(original().rig(), path, options);
+  EXPECT_TRUE(corrected.clock->corrected);
+  EXPECT_EQ(corrected.time_base.source, "clock");
+  EXPECT_NEAR(corrected.trace.time_s.back(), (kFrames - 1) / kFps, 0.02 * kFrames / kFps);
+  options.clock->x_px = 395.0;
+  EXPECT_TRUE(holds(refusal_of([&] { (void)track_markers(original().rig(), path, options); }),
+                    "the picture of"));
+  options.clock.reset();
+  EXPECT_TRUE(holds(refusal_of([&] { options.check(); }), "clock_correct"));
 }
 
 }  // namespace

@@ -101,5 +101,16 @@ TEST(RigFiles, TowerServesTrackingAlone) {
   EXPECT_THROW((void)load_rig(shipped("knex_tower.toml"), {.part = true}), InputError);
 }
 
+TEST(RigFiles, WholeTowerHasFourRowsOfSevenDotsTheLowestFixed) {
+  const Rig rig = load_rig(shipped("knex_tower_28.toml"), {.film = true, .observable = true});
+  ASSERT_EQ(rig.markers.size(), 28U);
+  for (std::size_t i = 0; i < 28; ++i) {
+    EXPECT_EQ(rig.markers[i].fixed, i < 7) << rig.markers[i].id;
+    EXPECT_EQ(rig.markers[i].size_m, rig.markers[0].size_m) << rig.markers[i].id;
+    // Rows are about 240 mm apart, one above the other.
+    EXPECT_NEAR(rig.markers[i].position.z(), 0.243 * static_cast<double>(i / 7), 0.01);
+  }
+}
+
 }  // namespace
 }  // namespace twang
