@@ -32,7 +32,7 @@ std::string line_of(const MarkerSummary& marker, std::size_t name_width) {
     line += fmt::format(", lost in {} frames from {} s ({})",
                         marker.frames_lost,
                         rounded_text(marker.lost.front().start_s, 4),
-                        marker.lost.front().because);
+                        marker.lost.front().stretch.reason);
   }
   return line;
 }
@@ -81,19 +81,21 @@ nlohmann::ordered_json track_summary_json(const Rig& rig,
         {"duration_s", number(result.trace.time_s.empty() ? 0.0 : result.trace.time_s.back())},
         {"doubled", time.doubled},
         {"missing", time.gaps}}},
+      {"layout_frame", result.layout_frame},
       {"mm_per_px", number(result.mm_per_px)},
       {"plane_residual_px", number(result.plane_residual_px)},
-      {"plane_residual_mm", number(result.plane_residual_px * result.mm_per_px)},
+      {"plane_residual_mm", number(result.plane_residual_mm)},
       {"markers", nlohmann::ordered_json::array()},
       {"notes", result.notes}};
   for (const MarkerSummary& marker : summarize_markers(rig, result)) {
     nlohmann::ordered_json lost = nlohmann::ordered_json::array();
-    for (const Loss& stretch : marker.lost) {
-      lost.push_back({{"first_frame", stretch.first_frame},
-                      {"last_frame", stretch.last_frame},
-                      {"start_s", number(stretch.start_s)},
-                      {"end_s", number(stretch.end_s)},
-                      {"because", stretch.because}});
+    for (const TimedLoss& loss : marker.lost) {
+      lost.push_back({{"first_frame", loss.stretch.first_frame},
+                      {"frames", loss.stretch.num_frames},
+                      {"start_s", number(loss.start_s)},
+                      {"end_s", number(loss.end_s)},
+                      {"reason", loss.stretch.reason},
+                      {"found_again", loss.stretch.found_again}});
     }
     json["markers"].push_back({{"id", marker.id},
                                {"fixed", marker.fixed},

@@ -165,10 +165,15 @@ void check_marker_sizes(const CheckSubject& subject, Findings& findings) {
         [](const InspectedMarker& a, const InspectedMarker& b) { return a.size_px < b.size_px; });
     add(findings,
         "markers",
-        verdict_of_size(least->size_px),
-        fmt::format("All {} are found in frame {}; the smallest, '{}', is {:.0f} px wide{}",
+        std::max(verdict_of_size(least->size_px),
+                 subject.film->hidden.empty() ? CheckVerdict::Ok : CheckVerdict::Warning),
+        fmt::format("{} of {} are found in frame {}{}; the smallest, '{}', is {:.0f} px wide{}",
+                    subject.film->markers.size(),
                     markers.size(),
                     subject.film->frame,
+                    subject.film->hidden.empty()
+                        ? std::string()
+                        : fmt::format(", '{}' is not", subject.film->hidden.front()),
                     least->id,
                     least->size_px,
                     least->size_px < kWanted_px

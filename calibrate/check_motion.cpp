@@ -20,7 +20,8 @@ constexpr double kNyquist = 0.5;
 constexpr double kManySamples = 8.0;  // a period
 constexpr double kAliasWidth = 0.05;  // of the first frequency: a predicted one is no better
 constexpr double kBlurOfMarker = 0.25;
-constexpr double kUnseen = 0.02;  // part of the mode's motion that the observable shows
+constexpr double kAveraged = 3.0;  // of the frame rate: faster motion an exposure averages out
+constexpr double kUnseen = 0.02;   // part of the mode's motion that the observable shows
 constexpr double kOutOfPlane = 0.1;
 
 std::string gigapascals(double pa) {
@@ -95,7 +96,8 @@ void check_aliases(const CheckSubject& subject, Findings& findings) {
   for (std::size_t k = 1; k < subject.motion.frequency_hz.size(); ++k) {
     const double hz = subject.motion.frequency_hz[k];
     const auto& share = subject.motion.observable_share;
-    if (hz <= kNyquist * fps || (k < share.size() && share[k] < kUnseen)) continue;
+    if (hz <= kNyquist * fps || hz > kAveraged * fps) continue;
+    if (k < share.size() && share[k] < kUnseen) continue;
     const double folded = std::abs(hz - fps * std::round(hz / fps));
     if (std::abs(folded - first) > kAliasWidth * first) continue;
     add(findings,
@@ -112,15 +114,14 @@ void check_aliases(const CheckSubject& subject, Findings& findings) {
   add(findings,
       "alias",
       CheckVerdict::Ok,
-      fmt::format("None of the next {} modes that the film would show folds onto the first "
-                  "frequency.",
-                  subject.motion.frequency_hz.size() - 1));
+      "No higher mode that the film would show folds onto the first frequency.");
 }
 
 /// Where the film shows a marker: whether its swing keeps it in the picture.
 void check_swing_in_picture(const CheckSubject& subject, Findings& findings) {
-  for (std::size_t i = 0; i < subject.film->markers.size(); ++i) {
-    const InspectedMarker& marker = subject.film->markers[i];
+  for (const InspectedMarker& marker : subject.film->markers) {
+    std::size_t i = 0;
+    while (subject.rig.markers[i].id != marker.id) ++i;
     const Eigen::Vector2d swing_px = subject.film->px_per_m * subject.swing_m[i].cwiseAbs();
     const double half = 0.5 * marker.size_px;
     const Eigen::Vector2d low = marker.position_px - swing_px - Eigen::Vector2d::Constant(half);

@@ -144,8 +144,9 @@ double ContactSheet::draw_picture() {
   }
   for (std::size_t i = 0; i < m_result.tracks.size(); ++i) {
     const MarkerTrack& track = m_result.tracks[i];
-    if (track.position_px.empty() || !track.position_px.front().allFinite()) continue;
-    const Eigen::Vector2d at = on_sheet(track.position_px.front());
+    const std::size_t n = m_result.layout_frame;
+    if (n >= track.position_px.size() || !track.position_px[n].allFinite()) continue;
+    const Eigen::Vector2d at = on_sheet(track.position_px[n]);
     const double radius = std::max(4.0, 0.8 * scale * m_result.size_px[i]);
     const SheetColour colour = marker_light_colour(i);
     m_canvas.ring(at, radius, colour);
@@ -161,15 +162,18 @@ double ContactSheet::draw_picture() {
         {left, std::max(box.y + letters + 2.0, at.y() - 0.75 * radius)}, track.id, letters, colour);
   }
   const double right = std::max(box.right(), kMargin + 340.0);
-  m_canvas.text({box.x, box.bottom() + 16.0},
-                SheetCanvas::shortened(
-                    fmt::format("first frame, {} x {} px: the layout found, the paths taken",
-                                image.width_px,
-                                image.height_px),
-                    7.5,
-                    right - box.x),
-                7.5,
-                kFaint);
+  m_canvas.text(
+      {box.x, box.bottom() + 16.0},
+      SheetCanvas::shortened(
+          fmt::format("{}, {} x {} px: the layout found, the paths taken",
+                      m_result.layout_frame == 0 ? std::string("first frame")
+                                                 : fmt::format("frame {}", m_result.layout_frame),
+                      image.width_px,
+                      image.height_px),
+          7.5,
+          right - box.x),
+      7.5,
+      kFaint);
   return right;
 }
 
@@ -269,7 +273,7 @@ void ContactSheet::draw_plane(const SheetBox& box) {
                 m_result.plane_residual_px > kExact_px
                     ? fmt::format("rms {} px = {} mm over the film",
                                   rounded_text(m_result.plane_residual_px, 2),
-                                  rounded_text(m_result.plane_residual_px * m_result.mm_per_px, 2))
+                                  rounded_text(m_result.plane_residual_mm, 2))
                     : "on the average they determine the map and fit it exactly",
                 7.5,
                 kFaint);

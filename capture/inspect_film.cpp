@@ -2,6 +2,7 @@
 #include "capture/inspect_film.hpp"
 
 #include "capture/align_marker.hpp"
+#include "capture/detail/first_layout.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/video_reader.hpp"
 #include "core/constants.hpp"
@@ -16,12 +17,10 @@
 namespace twang {
 namespace {
 
-constexpr int kAttempts = 8;          // frames in which the layout is sought
-constexpr int kBetweenAttempts = 12;  // frames
-constexpr int kSteadyFrames = 240;    // in which the fixed markers are watched
-constexpr int kNoiseFrames = 12;      // compared with the one before
-constexpr int kEvery = 4;             // pixels along both axes are enough for a statistic
-constexpr double kStillPart = 0.8;    // of the pixels: the rest may show motion
+constexpr int kSteadyFrames = 240;  // in which the fixed markers are watched
+constexpr int kNoiseFrames = 12;    // compared with the one before
+constexpr int kEvery = 4;           // pixels along both axes are enough for a statistic
+constexpr double kStillPart = 0.8;  // of the pixels: the rest may show motion
 constexpr double kTrimmedRms =
     0.6616;  // of a Gaussian whose largest fifth is left out, over its rms
 constexpr int kBlack = 2;
@@ -66,6 +65,7 @@ class Inspection {
     m_result.height_px = info.height_px;
     m_result.declared_fps = info.declared_fps;
     m_result.capture_fps_tag = info.capture_fps_tag;
+    find();
     while (const auto frame = m_reader.read()) look_at(*frame);
     if (m_stamps_s.empty()) {
       throw InputError(fmt::format("{}: holds no picture, must hold a film", m_video.string()));
@@ -78,7 +78,7 @@ class Inspection {
 
  private:
   void look_at(const LumaFrame& frame);
-  void find(const LumaFrame& frame, int number);
+  void find();
   void watch(const LumaFrame& frame);
   void read_clock();
   void measure_shake();
@@ -119,43 +119,45 @@ void Inspection::look_at(const LumaFrame& frame) {
     }
     m_before = std::move(pixels);
   }
-  const bool due = number % kBetweenAttempts == 0 && number < kAttempts * kBetweenAttempts;
-  if (m_result.markers.empty() && due) {
-    find(frame, number);
-  } else if (!m_fixed.empty() && number < m_result.frame + kSteadyFrames) {
-    watch(frame);
-  }
+  const bool steady = number > m_result.frame && number < m_result.frame + kSteadyFrames;
+  if (!m_fixed.empty() && steady) watch(frame);
 }
 
-void Inspection::find(const LumaFrame& frame, int number) {
+void Inspection::find() {
+  detail::FirstLayout first;
   try {
-    Layout layout = find_layout(frame, m_rig, m_options.start_px, m_video.string());
-    m_result.not_found.clear();
-    m_result.frame = number;
-    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-    for (std::size_t i = 0; i < layout.markers.size(); ++i) {
-      const MarkerAlignment& found = layout.markers[i].alignment;
-      m_result.markers.push_back({m_rig.markers[i].id,
-                                  found.placement.position_px,
-                                  placed_size_px(found.placement),
-                                  layout.markers[i].marker.blur_px(),
-                                  found.contrast,
-                                  found.ink});
-      middle += plane_position(*m_rig.camera, m_rig.markers[i].position) /
-                static_cast<double>(layout.markers.size());
-    }
-    constexpr double kStep_m = 1e-4;
-    const Eigen::Vector2d right = middle + Eigen::Vector2d(kStep_m, 0.0);
-    const Eigen::Vector2d down = middle + Eigen::Vector2d(0.0, kStep_m);
-    m_result.px_per_m = 0.5 *
-                        ((layout.to_px(right) - layout.to_px(middle)).norm() +
-                         (layout.to_px(down) - layout.to_px(middle)).norm()) /
-                        kStep_m;
-    for (std::size_t i = 0; i < layout.markers.size(); ++i) {
-      if (m_rig.markers[i].fixed) m_fixed.push_back(std::move(layout.markers[i]));
-    }
+    first = detail::find_first_layout(m_rig, m_video, m_options.start_px, m_options.progress);
   } catch (const InputError& error) {
-    if (m_result.not_found.empty()) m_result.not_found = error.what();
+    m_result.not_found = error.what();
+    return;
+  }
+  m_result.frame = static_cast<int>(first.frame);
+  const auto to_px = [&](const Eigen::Vector2d& plane) {
+    return map_point(first.layout.px_from_plane, plane);
+  };
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
+    const Marker& marker = m_rig.markers[i];
+    middle +=
+        plane_position(*m_rig.camera, marker.position) / static_cast<double>(m_rig.markers.size());
+    std::optional<FittedMarker>& fitted = first.layout.markers[i];
+    if (!fitted) {
+      m_result.hidden.push_back(marker.id);
+      continue;
+    }
+    const MarkerAlignment& found = fitted->alignment;
+    m_result.markers.push_back({marker.id,
+                                found.placement.position_px,
+                                placed_size_px(found.placement),
+                                fitted->marker.blur_px(),
+                                found.contrast,
+                                found.ink});
+    if (marker.fixed) m_fixed.push_back(std::move(*fitted));
+  }
+  constexpr double kStep_m = 1e-4;
+  for (const Eigen::Vector2d& step :
+       {Eigen::Vector2d(kStep_m, 0.0), Eigen::Vector2d(0.0, kStep_m)}) {
+    m_result.px_per_m += 0.5 * (to_px(middle + step) - to_px(middle)).norm() / kStep_m;
   }
 }
 
@@ -194,12 +196,11 @@ void Inspection::read_clock() {
     stated = StatedRate{*m_options.capture_fps, "--capture-fps"};
   } else if (m_rig.camera->capture_fps) {
     stated = StatedRate{*m_rig.camera->capture_fps, "rig"};
-  } else if (info.capture_fps_tag) {
-    stated = StatedRate{*info.capture_fps_tag, "tag"};
   }
   TimeBase time;
   try {
-    time = correct_time_base(m_stamps_s, info.tick_s, info.declared_fps, stated);
+    time =
+        correct_time_base(m_stamps_s, info.tick_s, info.declared_fps, stated, info.capture_fps_tag);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }

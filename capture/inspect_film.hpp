@@ -44,7 +44,8 @@ struct FilmInspection {
 
   std::string not_found;                 ///< why the layout was not found; empty if it was
   int frame = 0;                         ///< in which it was found
-  std::vector<InspectedMarker> markers;  ///< in the rig's order; empty if not found
+  std::vector<InspectedMarker> markers;  ///< those found in that frame, in the rig's order
+  std::vector<std::string> hidden;       ///< ids of those that were not
   double px_per_m = 0.0;                 ///< scale of the rest plane in its middle [px/m]
 
   double black_part = 0.0;         ///< pixels at the lower end of the scale [-]
@@ -54,8 +55,8 @@ struct FilmInspection {
                                    ///< absent without a fixed marker [px]
 };
 
-/// Reads a film once and looks at its clock, its light, its sharpness and its steadiness; the
-/// layout is sought in its first frame and, where it is not found, in a few later ones.
+/// Looks at a film's clock, its light, its sharpness and its steadiness, and for the layout in the
+/// first frame that shows enough of it.
 /// @throws InputError as `track_markers` for a film that cannot be read or whose stamps are no
 /// clock; a layout that is not found is a result
 [[nodiscard]] FilmInspection inspect_film(const Rig& rig,

@@ -44,28 +44,15 @@ double variance_about_line(const std::vector<Eigen::Vector2d>& block) {
   return squares / (2.0 * (count - 2.0));
 }
 
-/// Why a marker was lost in a frame.
-std::string reason_at(const MarkerTrack& track, std::size_t frame) {
+std::vector<TimedLoss> timed_losses(const MarkerTrack& track, const std::vector<double>& time_s) {
+  std::vector<TimedLoss> losses;
   for (const LostStretch& stretch : track.lost) {
-    if (frame >= stretch.first_frame && frame < stretch.first_frame + stretch.num_frames) {
-      return stretch.reason;
-    }
+    const std::size_t last = stretch.first_frame + stretch.num_frames - 1;
+    losses.push_back({stretch,
+                      stretch.first_frame < time_s.size() ? time_s[stretch.first_frame] : kNaN,
+                      last < time_s.size() ? time_s[last] : kNaN});
   }
-  return track.lost_because;
-}
-
-std::vector<Loss> losses(const MarkerTrack& track, const std::vector<double>& time_s) {
-  std::vector<Loss> stretches;
-  for (std::size_t n = 0; n < track.position_px.size(); ++n) {
-    if (track.position_px[n].allFinite()) continue;
-    const double time = n < time_s.size() ? time_s[n] : kNaN;
-    if (stretches.empty() || stretches.back().last_frame + 1 != n) {
-      stretches.push_back({n, n, time, time, reason_at(track, n)});
-    }
-    stretches.back().last_frame = n;
-    stretches.back().end_s = time;
-  }
-  return stretches;
+  return losses;
 }
 
 double travel(const std::vector<Eigen::Vector2d>& path) {
@@ -124,11 +111,9 @@ std::vector<MarkerSummary> summarize_markers(const Rig& rig, const TrackResult& 
   for (const MarkerTrack& track : result.tracks) {
     MarkerSummary summary;
     summary.id = track.id;
-    summary.lost = losses(track, result.trace.time_s);
-    for (const Loss& stretch : summary.lost) {
-      summary.frames_lost += static_cast<int>(stretch.last_frame - stretch.first_frame + 1);
-    }
-    summary.frames_seen = static_cast<int>(track.position_px.size()) - summary.frames_lost;
+    summary.lost = timed_losses(track, result.trace.time_s);
+    summary.frames_lost = track.frames_lost;
+    summary.frames_seen = static_cast<int>(track.position_px.size()) - track.frames_lost;
     summary.sigma_px = median(track.sigma_px);
     const Channel* sigma = result.trace.find(track.id + ".sigma_mm");
     summary.sigma_mm = sigma ? median(sigma->values) : kNaN;

@@ -12,13 +12,11 @@
 
 namespace twang {
 
-/// Consecutive frames in which a marker was not found.
-struct Loss {
-  std::size_t first_frame = 0;
-  std::size_t last_frame = 0;  ///< included
-  double start_s = 0.0;        ///< of the first of them [s]
-  double end_s = 0.0;          ///< of the last of them [s]
-  std::string because;         ///< for a person
+/// A stretch in which a marker was lost, on the trace's clock.
+struct TimedLoss {
+  LostStretch stretch;
+  double start_s = 0.0;  ///< of its first frame [s]
+  double end_s = 0.0;    ///< of its last frame [s]
 };
 
 /// How one marker fared, in few numbers.
@@ -27,7 +25,7 @@ struct MarkerSummary {
   bool fixed = false;
   int frames_seen = 0;
   int frames_lost = 0;
-  std::vector<Loss> lost;       ///< in order of time
+  std::vector<TimedLoss> lost;  ///< in order of time
   double sigma_px = 0.0;        ///< median stated sigma of one coordinate; nan if never seen [px]
   double sigma_mm = 0.0;        ///< the same in the rig's plane [mm]
   double noise_floor_px = 0.0;  ///< scatter of one coordinate while it stands, the camera's motion

@@ -29,9 +29,9 @@ void draw_lost_stretches(SheetCanvas& canvas,
   if (time_s.size() < 2) return;
   const double half_frame =
       0.5 * (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  for (const Loss& stretch : marker.lost) {
-    const double left = plot.at(std::max(plot.x_low, stretch.start_s - half_frame), 0.0).x();
-    const double right = plot.at(std::min(plot.x_high, stretch.end_s + half_frame), 0.0).x();
+  for (const TimedLoss& loss : marker.lost) {
+    const double left = plot.at(std::max(plot.x_low, loss.start_s - half_frame), 0.0).x();
+    const double right = plot.at(std::min(plot.x_high, loss.end_s + half_frame), 0.0).x();
     canvas.fill({left, plot.box.y, std::max(1.0, right - left), plot.box.height},
                 SheetColour{248, 208, 204});
   }
@@ -184,7 +184,7 @@ void MarkerRows::draw_words(SheetCanvas& canvas, double left) const {
                 lost ? kAlarm : kInk);
     if (!roomy) continue;
     canvas.text({left, base + 1.9 * m_letters},
-                SheetCanvas::shortened(marker.lost.front().because, m_letters, width),
+                SheetCanvas::shortened(marker.lost.front().stretch.reason, m_letters, width),
                 m_letters,
                 kFaint);
   }

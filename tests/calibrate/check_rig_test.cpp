@@ -51,8 +51,7 @@ FilmInspection good_film(const Rig& rig) {
   film.film = "strip.mp4";
   film.width_px = 1280;
   film.height_px = 720;
-  film.time_base.file_fps = 240.0;
-  film.time_base.capture_fps = 240.0;
+  film.time_base.file_fps = film.time_base.capture_fps = 240.0;
   film.time_base.source = "rig";
   film.time_base.frames = 480;
   film.least_interval_s = film.largest_interval_s = 1.0 / 240.0;
@@ -155,7 +154,7 @@ TEST(CheckRig, WarnsOfModesThatFoldOntoTheFirst) {
   expect_finding(check_rig(rig), "alias", CheckVerdict::Warning, "near the first");
   // the sideways mode, which the film does not show, alarms nobody
   rig.camera->capture_fps = motion.frequency_hz[1] + motion.frequency_hz[0];
-  expect_finding(check_rig(rig), "alias", CheckVerdict::Ok, "None of");
+  expect_finding(check_rig(rig), "alias", CheckVerdict::Ok, "No higher mode");
 }
 
 TEST(CheckRig, WarnsOfBlurAndSaysTheExposureThatAvoidsIt) {
@@ -184,6 +183,10 @@ TEST(CheckRig, JudgesTheMarkersSize) {
       check_rig(strip(), {}, &film), "markers", CheckVerdict::Warning, "'bench_2', is 12 px");
   film.markers[2].size_px = 5.0;
   expect_finding(check_rig(strip(), {}, &film), "markers", CheckVerdict::Problem, "is 5 px");
+  film.hidden = {"bench_4"};
+  film.markers[2].size_px = 30.0;
+  expect_finding(
+      check_rig(strip(), {}, &film), "markers", CheckVerdict::Warning, "'bench_4' is not");
   film.markers.clear();
   film.not_found = "marker 'tip' was not found";
   expect_finding(check_rig(strip(), {}, &film), "markers", CheckVerdict::Problem, "was not found.");

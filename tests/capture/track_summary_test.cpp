@@ -2,6 +2,7 @@
 #include "capture/track_summary.hpp"
 
 #include "capture/contact_sheet.hpp"
+#include "capture/detail/lost_stretches.hpp"
 #include "capture/detail/sheet_canvas.hpp"
 #include "core/constants.hpp"
 #include "core/units.hpp"
@@ -58,7 +59,7 @@ TrackResult tracked_bench(const Rig& rig) {
       z.values.push_back(kMillimetresPerMetre * marker.position.z() - kScale_mm * offset_px.y() +
                          hidden);
       sigma.values.push_back(kScale_mm * kNoise_px + hidden);
-      if (lost && track.frames_lost++ == 0) track.lost_because = "hidden behind a hand";
+      if (lost) detail::note_lost(track, frame, "hidden behind a hand");
     }
     result.tracks.push_back(std::move(track));
     result.size_px.push_back(32.0);
@@ -84,13 +85,13 @@ TEST(TrackSummary, ListsEachStretchInWhichAMarkerWasLost) {
   EXPECT_EQ(middle.frames_lost, 21);
   EXPECT_EQ(middle.frames_seen, kFrames - 21);
   ASSERT_EQ(middle.lost.size(), 2U);
-  EXPECT_EQ(middle.lost[0].first_frame, kFirstLost);
-  EXPECT_EQ(middle.lost[0].last_frame, kLastLost);
+  EXPECT_EQ(middle.lost[0].stretch.first_frame, kFirstLost);
+  EXPECT_EQ(middle.lost[0].stretch.num_frames, kLastLost - kFirstLost + 1);
   EXPECT_DOUBLE_EQ(middle.lost[0].start_s, 100.0 / 240.0);
   EXPECT_DOUBLE_EQ(middle.lost[0].end_s, 119.0 / 240.0);
-  EXPECT_EQ(middle.lost[0].because, "hidden behind a hand");
-  EXPECT_EQ(middle.lost[1].first_frame, 400U);
-  EXPECT_EQ(middle.lost[1].last_frame, 400U);
+  EXPECT_EQ(middle.lost[0].stretch.reason, "hidden behind a hand");
+  EXPECT_EQ(middle.lost[1].stretch.first_frame, 400U);
+  EXPECT_EQ(middle.lost[1].start_s, middle.lost[1].end_s);
   EXPECT_TRUE(markers[1].fixed);
   EXPECT_TRUE(markers[1].lost.empty());
 }
@@ -152,9 +153,7 @@ TEST(ContactSheet, IsAPageThatMarksLostStretches) {
 
   const Rig steady = bench_with(MarkerKind::Cross);
   TrackResult without = tracked_bench(steady);
-  for (std::size_t n = 0; n < without.tracks[0].position_px.size(); ++n) {
-    without.tracks[0].position_px[n] = {320.0, 180.0};
-  }
+  without.tracks[0].lost.clear();
   EXPECT_EQ(count_pixels(draw_contact_sheet(steady, "bench.mp4", without), 248, 208, 204), 0);
 }
 
@@ -176,6 +175,7 @@ TEST(ContactSheet, HoldsManyMarkersFewFramesAndForeignLetters) {
   for (Channel& channel : still.trace.channels) channel.values.resize(1);
   still.tracks[0].position_px.resize(1);
   still.tracks[0].sigma_px.resize(1);
+  still.tracks[0].lost.clear();
   EXPECT_EQ(draw_contact_sheet(one, "still.mp4", still).pixels.size(), 1600U * 1130U * 3U);
 }
 
