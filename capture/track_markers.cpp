@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
