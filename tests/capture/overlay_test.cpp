@@ -33,10 +33,10 @@ class Overlay : public ::testing::TestWithParam<int> {  // width of the film
     const Eigen::Vector2d lost = Eigen::Vector2d::Constant(kNaN);
     const Eigen::Vector2d first(60.0, 70.0);
     m_drawing.tracks = {MarkerTrack{}};
-    m_drawing.tracks[0].id = "m";
+    m_drawing.tracks[0].id += 'm';
     m_drawing.tracks[0].position_px = {first, first, lost, lost, {100.0, 40.0}};
     m_drawing.tracks[0].frames_lost = 2;
-    m_drawing.tracks[0].lost_because = "hidden";
+    m_drawing.tracks[0].lost_because.append("hidden");
     m_drawing.size_px = {kSize_px};
     m_drawing.doubled = {false, false, false, false, true};
     write_overlay(film(), m_folder.path() / "overlay.mkv", m_drawing, 30.0);
