@@ -61,7 +61,7 @@ TEST(TimeOffset, LeftOutOfAccountItBiases) {
   const InversionResult result = invert_harmonics(trace, {"observable_mm"}, options);
   ASSERT_TRUE(result.usable());
   EXPECT_GT(std::abs(result.modes[0].channels[0].phase_rad - kPi / 2.0), 0.1);
-  EXPECT_GT(result.residual_rms, 1e-3);  // harmonics that the part does not have
+  EXPECT_GT(result.residual_rms, 1e-4);  // what no fit of true sinusoids takes up
 }
 
 }  // namespace
