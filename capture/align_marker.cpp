@@ -2,6 +2,8 @@
 #include "capture/align_marker.hpp"
 
 #include "capture/detail/alignment_kernels.hpp"
+#include "capture/detail/alignment_workspace.hpp"
+#include "capture/detail/flat_noise.hpp"
 #include "core/constants.hpp"
 
 #include <Eigen/Cholesky>
@@ -20,7 +22,8 @@ using detail::alignment_kernels;
 using detail::AlignmentColumns;
 using detail::AlignmentKernels;
 using detail::AlignmentWindow;
-using detail::kAlignmentBlock;
+using detail::AlignmentWorkspace;
+using detail::FlatNoise;
 using detail::kMostColumns;
 using detail::MarkerLight;
 using detail::ModelSamples;
@@ -28,7 +31,7 @@ using detail::ModelSamples;
 constexpr int kMostParameters = detail::kMostColumns;
 constexpr int kMostIterations = 25;
 constexpr double kConverged_px = 1e-3;  // last step
-// Where the size is known and convergence quadratic.
+// Where the size is known, convergence is all but quadratic.
 constexpr double kAlmostThere_px = 0.01;
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
@@ -39,13 +42,14 @@ constexpr double kLeastRim = 0.075;
 constexpr double kWidestRim = 0.22;
 constexpr double kRim_px = 2.0;
 constexpr double kTaper_px = 1.0;
-// Neighbouring residuals' correlation that counts as noise; what goes beyond is misfit, symmetric
-// about the marker and so without effect on its place.
-constexpr double kMostCorrelation = 0.5;
 // Slope below which a pixel lies on plain ink or paper [contrasts/px].
 constexpr double kFlat = 0.02;
 constexpr double kFewestFlat = 40.0;
 constexpr float kCounts = 0.7F;  // root of the weight of a pixel that is judged
+// Between samples of the path of motion, in standard deviations of lens and pixel: the ripple that
+// is left on an edge, 2 exp(−2π²/spacing²), is under 1 % of one sample's share.
+constexpr double kPathSpacing = 1.9;
+constexpr double kPixelVariance_px2 = 1.0 / 12.0;
 // Between paper and ink; with less there is nothing to be seen [grey levels].
 constexpr double kLeastContrast = 1.0;
 // Of the pixels that the marker should cover, this part must lie in the picture.
@@ -85,51 +89,6 @@ struct Layout {
 };
 
 /// The rectangle of pixels that a marker's window can touch, cut to the picture.
-/// Noise of the pixels where neither ink nor paper ends: at the edges, what a template lacks of the
-/// lens adds to it without moving the marker.
-struct FlatNoise {
-  double square = 0.0, count = 0.0;
-  double beside = 0.0, num_beside = 0.0;
-  double below = 0.0, num_below = 0.0;
-
-  void add(double residual, double left, double above) {
-    square += residual * residual, count += 1.0;
-    if (!std::isnan(left)) beside += residual * left, num_beside += 1.0;
-    if (!std::isnan(above)) below += residual * above, num_below += 1.0;
-  }
-  /// Mean square, times the factor by which neighbours' correlation widens a mean's variance.
-  [[nodiscard]] double variance() const {
-    const auto widening = [&](double sum, double pairs) {
-      const double rho = pairs > 0.0 && square > 0.0 ? sum / pairs / (square / count) : 0.0;
-      // A correlation that its own uncertainty explains counts as none.
-      const double bounded = std::clamp(rho - 1.0 / std::sqrt(pairs + 1.0), 0.0, kMostCorrelation);
-      return (1.0 + bounded) / (1.0 - bounded);
-    };
-    return square / count * widening(beside, num_beside) * widening(below, num_below);
-  }
-};
-
-/// The arrays that a window's pixels need.
-class Workspace {
- public:
-  [[nodiscard]] const ModelSamples& samples() const { return m_samples; }
-  [[nodiscard]] float* residual() { return at(10); }
-  [[nodiscard]] float* square_slope() { return at(11); }
-  void reserve(int pixels) {
-    const int room = (pixels + kAlignmentBlock - 1) / kAlignmentBlock * kAlignmentBlock;
-    if (room > m_samples.room) m_floats.resize(12 * static_cast<std::size_t>(room));
-    m_samples.room = room;
-    m_samples = {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), room};
-  }
-
- private:
-  float* at(int array) {
-    return m_floats.data() + static_cast<std::ptrdiff_t>(array) * m_samples.room;
-  }
-  std::vector<float> m_floats;
-  ModelSamples m_samples;
-};
-
 class Alignment {
  public:
   Alignment(const LumaFrame& frame,
@@ -166,7 +125,7 @@ class Alignment {
   double m_taper = 0.0;
   Eigen::Matrix2d m_window_shape;  // px from the window's units, as the marker was at the start
   AlignmentWindow m_window;
-  Workspace m_workspace;
+  AlignmentWorkspace m_workspace;
   Eigen::Vector4d m_light = Eigen::Vector4d::Zero();  // ink, contrast, slopes
   NormalMatrix m_normal;
   Parameters m_gradient;
@@ -207,12 +166,14 @@ bool Alignment::sample_model() {
   if (m_window.width == 0 || m_window.height == 0) return false;
   const MarkerPlacement& placement = m_result.placement;
   const Eigen::Vector2d path = placement.px_from_pattern.inverse() * placement.motion_px;
+  const double blur_px = std::sqrt(m_marker.blur_px() * m_marker.blur_px() + kPixelVariance_px2);
+  const double spacing_px = std::max(1.0, kPathSpacing * blur_px);
   m_workspace.reserve(m_window.width * m_window.height);
   m_kernels.sample(m_window,
                    m_marker.cells(),
                    {static_cast<float>(path.x()),
                     static_cast<float>(path.y()),
-                    1 + static_cast<int>(std::ceil(placement.motion_px.norm())),
+                    1 + static_cast<int>(std::ceil(placement.motion_px.norm() / spacing_px)),
                     m_layout.motion >= 0},
                    m_workspace.samples());
   double total_weight = 0.0;
