@@ -10,7 +10,6 @@
 namespace twang {
 namespace {
 
-constexpr std::size_t kBlock = 20;     // frames: short beside a vibration's decay
 constexpr int kFewestForResidual = 3;  // fixed markers; two are met exactly by a similarity
 
 double median(std::vector<double> values) {
@@ -21,27 +20,6 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-/// Variance of one coordinate of a block about a straight line through it.
-double variance_about_line(const std::vector<Eigen::Vector2d>& block) {
-  const auto count = static_cast<double>(block.size());
-  const double middle = 0.5 * (count - 1.0);
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  double spread = 0.0;
-  for (std::size_t i = 0; i < block.size(); ++i) {
-    const double t = static_cast<double>(i) - middle;
-    mean += block[i] / count;
-    slope += t * block[i];
-    spread += t * t;
-  }
-  slope /= spread;
-  double squares = 0.0;
-  for (std::size_t i = 0; i < block.size(); ++i) {
-    squares += (block[i] - mean - slope * (static_cast<double>(i) - middle)).squaredNorm();
-  }
-  return squares / (2.0 * (count - 2.0));
 }
 
 std::vector<TimedLoss> timed_losses(const MarkerTrack& track, const std::vector<double>& time_s) {
@@ -67,26 +45,6 @@ double travel(const std::vector<Eigen::Vector2d>& path) {
 }
 
 }  // namespace
-
-double noise_floor(const std::vector<Eigen::Vector2d>& position_px, const std::vector<bool>& skip) {
-  std::vector<double> variances;
-  std::vector<Eigen::Vector2d> block;
-  for (std::size_t n = 0; n < position_px.size(); ++n) {
-    if (n < skip.size() && skip[n]) continue;
-    if (!position_px[n].allFinite()) {
-      block.clear();
-      continue;
-    }
-    block.push_back(position_px[n]);
-    if (block.size() < kBlock) continue;
-    variances.push_back(variance_about_line(block));
-    block.clear();
-  }
-  if (variances.empty()) return kNaN;
-  const auto tenth = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 10);
-  std::nth_element(variances.begin(), tenth, variances.end());
-  return std::sqrt(*tenth);
-}
 
 std::vector<Eigen::Vector2d> displacement_mm(const Rig& rig,
                                              const Trace& trace,
@@ -115,14 +73,12 @@ std::vector<MarkerSummary> summarize_markers(const Rig& rig, const TrackResult& 
     summary.frames_lost = track.frames_lost;
     summary.frames_seen = static_cast<int>(track.position_px.size()) - track.frames_lost;
     summary.sigma_px = median(track.sigma_px);
+    summary.noise_floor_px = track.noise_floor_px;
     const Channel* sigma = result.trace.find(track.id + ".sigma_mm");
     summary.sigma_mm = sigma ? median(sigma->values) : kNaN;
     if (const Marker* marker = rig.find_marker(track.id)) {
       summary.fixed = marker->fixed;
-      std::vector<Eigen::Vector2d> path = displacement_mm(rig, result.trace, *marker);
-      summary.travel_mm = travel(path);
-      for (Eigen::Vector2d& at : path) at /= result.mm_per_px;
-      summary.noise_floor_px = noise_floor(path, result.doubled);
+      summary.travel_mm = travel(displacement_mm(rig, result.trace, *marker));
     }
     summaries.push_back(std::move(summary));
   }

@@ -28,21 +28,11 @@ struct MarkerSummary {
   std::vector<TimedLoss> lost;  ///< in order of time
   double sigma_px = 0.0;        ///< median stated sigma of one coordinate; nan if never seen [px]
   double sigma_mm = 0.0;        ///< the same in the rig's plane [mm]
-  double noise_floor_px = 0.0;  ///< scatter of one coordinate while it stands, the camera's motion
-                                ///< taken out, see `noise_floor` [px]
+  double noise_floor_px = 0.0;  ///< scatter of one coordinate while it stands; nan if it never does
+                                ///< [px]
   double travel_mm = 0.0;       ///< largest distance between two of its places, along the
                                 ///< picture's axes [mm]
 };
-
-/// The scatter of a track while its marker stands still: blocks of a few frames are each freed of a
-/// straight line; the rms that a tenth of them stay below.
-///
-/// A film that is at rest for less than a tenth shows its motion here. Where compression freezes
-/// a still picture, the noise floor is smaller than the scatter in motion.
-/// @param skip  frames left out (repeats of the one before); empty: none
-/// @return      one standard deviation of one coordinate; nan with no whole block [px]
-[[nodiscard]] double noise_floor(const std::vector<Eigen::Vector2d>& position_px,
-                                 const std::vector<bool>& skip = {});
 
 /// The markers of a tracked film in the rig's order.
 [[nodiscard]] std::vector<MarkerSummary> summarize_markers(const Rig& rig,

@@ -96,12 +96,14 @@ TEST(TrackSummary, ListsEachStretchInWhichAMarkerWasLost) {
   EXPECT_TRUE(markers[1].lost.empty());
 }
 
-TEST(TrackSummary, TakesTheNoiseFloorFromTheStillPart) {
+TEST(TrackSummary, CarriesSigmaAndNoiseFloorOn) {
   const Rig rig = bench_with(MarkerKind::Cross);
-  for (const MarkerSummary& marker : summarize_markers(rig, tracked_bench(rig))) {
-    // blocks of 20 frames scatter by 1 / sqrt(2 * 36) = 12 %; the lowest tenth of some 28 lies
-    // about 1.3 such sigmas low, give or take half of one
-    EXPECT_NEAR(marker.noise_floor_px / kNoise_px, 0.85, 0.1) << marker.id;
+  TrackResult tracked = tracked_bench(rig);
+  tracked.tracks[1].noise_floor_px = 0.0043;
+  const std::vector<MarkerSummary> markers = summarize_markers(rig, tracked);
+  EXPECT_EQ(markers[1].noise_floor_px, 0.0043);
+  EXPECT_TRUE(std::isnan(markers[2].noise_floor_px)) << "a marker that was never seen to stand";
+  for (const MarkerSummary& marker : markers) {
     EXPECT_NEAR(marker.sigma_px, kNoise_px, 1e-12) << marker.id;
     EXPECT_NEAR(marker.sigma_mm, kScale_mm * kNoise_px, 1e-12) << marker.id;
   }
@@ -128,16 +130,6 @@ TEST(TrackSummary, ResidualOfTheFixedMarkersIsTheirScatter) {
   for (const double value : plane_residual_by_frame(two, tracked_bench(two))) {
     EXPECT_TRUE(std::isnan(value)) << "two fixed markers leave no residual";
   }
-}
-
-TEST(NoiseFloor, IsUnknownWithoutAWholeBlock) {
-  EXPECT_TRUE(std::isnan(noise_floor(std::vector<Eigen::Vector2d>(19, {1.0, 2.0}))));
-  // nothing but the round-off of the mean
-  EXPECT_LT(noise_floor(std::vector<Eigen::Vector2d>(20, {1.0, 2.0})), 1e-12);
-  // a repeated frame is no sample: with every second one left out there is half a block too few
-  std::vector<bool> skip(38, false);
-  for (std::size_t n = 0; n < skip.size(); n += 2) skip[n] = true;
-  EXPECT_TRUE(std::isnan(noise_floor(std::vector<Eigen::Vector2d>(38, {1.0, 2.0}), skip)));
 }
 
 TEST(ContactSheet, IsAPageThatMarksLostStretches) {
