@@ -20,12 +20,14 @@ nlohmann::ordered_json number(double value) {
 }
 
 std::string line_of(const MarkerSummary& marker, std::size_t name_width) {
-  std::string line = fmt::format("  {:<{}}  {} frames, sigma {} px, noise floor {} px",
+  std::string line = fmt::format("  {:<{}}  {} frames, sigma {} px",
                                  marker.id,
                                  name_width,
                                  marker.frames_seen,
-                                 rounded_text(marker.sigma_px, 2),
-                                 rounded_text(marker.noise_floor_px, 2));
+                                 rounded_text(marker.sigma_px, 2));
+  if (std::isfinite(marker.noise_floor_px)) {
+    line += fmt::format(", noise floor {} px", rounded_text(marker.noise_floor_px, 2));
+  }
   line +=
       marker.fixed ? ", fixed" : fmt::format(", travels {} mm", rounded_text(marker.travel_mm, 3));
   if (marker.frames_lost > 0) {

@@ -100,10 +100,10 @@ std::string describe_noise_floors(const std::vector<MarkerTrack>& tracks,
   if (count == 0) return {};
   if (count == 1) {
     return fmt::format(
-        "While still, marker '{}' scatters by {:.3f} px ({:.5f} mm).", ids, high, high * mm_per_px);
+        "While still, marker '{}' scatters by {:.2g} px ({:.2g} mm).", ids, high, high * mm_per_px);
   }
   return fmt::format(
-      "While still, {} moving markers scatter by {:.3f} to {:.3f} px ({:.5f} to {:.5f} mm).",
+      "While still, {} moving markers scatter by {:.2g} to {:.2g} px ({:.2g} to {:.2g} mm).",
       count,
       low,
       high,
