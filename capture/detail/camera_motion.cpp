@@ -26,6 +26,8 @@ constexpr double kGainUnchecked = 3.0;
 constexpr double kStillCamera_px = 0.01;
 // Reduced chi-square up to which markers are explained, their sigmas holding to a factor two.
 constexpr double kStandsStill = 4.0;
+// Share of sightings left out that is more than misreadings and a push late in the film.
+constexpr double kUnexplained = 0.1;
 constexpr std::size_t kFirstFrames = 15;  // that say where a marker first stood
 constexpr int kRounds = 3;                // of maps from means and means from maps
 // Weak belief that the camera neither zooms nor turns, which decides between pairs of three.
@@ -77,10 +79,11 @@ class MotionFit {
     judge();
   }
 
-  double cost = 0.0;        // sum of squares in sigmas, each no worse than a bump's
-  double parameters = 0.0;  // spent on the frames
-  double freedom = 0.0;     // left
-  double rms_px = 0.0;      // of a coordinate, what was left out apart
+  double cost = 0.0;            // sum of squares in sigmas, each no worse than a bump's
+  double parameters = 0.0;      // spent on the frames
+  double freedom = 0.0;         // left
+  double rms_px = 0.0;          // of a coordinate, what was left out apart
+  double share_left_out = 0.0;  // of the sightings
 
   [[nodiscard]] double reduced() const { return freedom > 0.0 ? m_inlier_cost / freedom : 0.0; }
   [[nodiscard]] const Points& mean_px() const { return m_mean; }
@@ -296,6 +299,7 @@ class MotionFit {
         const double in_sigmas = off2 / std::pow(all.pairs.sigma[k], 2);
         if (m_left_out[all.which[k]][n]) {
           cost += std::pow(bump_px(all.which[k], n) / all.pairs.sigma[k], 2);
+          share_left_out += 1.0;
           continue;
         }
         cost += in_sigmas;
@@ -314,6 +318,7 @@ class MotionFit {
       freedom += std::max(0.0, kept - spent);
     }
     rms_px = count > 0.0 ? std::sqrt(square / count) : 0.0;
+    share_left_out /= share_left_out + std::max(1.0, 0.5 * count);
   }
 
   const std::vector<FixedMarker>& m_markers;
@@ -328,7 +333,8 @@ class MotionFit {
 /// Whether the freer motion lowers the error.
 bool pays(const MotionFit& simple, const MotionFit& free) {
   constexpr double kChecked = 100.0;  // degrees of freedom that tell the noise to a tenth
-  const bool checked = free.freedom > kChecked;
+  // What is left by a motion that leaves out so much is no noise: it is not how the camera moved.
+  const bool checked = free.freedom > kChecked && free.share_left_out < kUnexplained;
   const double noise = checked ? std::max(1.0, free.reduced()) : 1.0;
   const double gain = (simple.cost - free.cost) / noise;
   return gain >
@@ -344,6 +350,12 @@ bool only_some_move(const MotionFit& still, std::size_t count) {
     if (!still.leaves_out(i) && still.own_chi_square(i) < kStandsStill) some_stood = true;
   }
   return some_moved && some_stood;
+}
+
+/// Whether a motion leaves nothing to explain. A small rms alone does not say so: the two markers
+/// kept in a frame follow any similarity exactly.
+bool explains_all(const MotionFit& moved) {
+  return moved.share_left_out == 0.0 && moved.rms_px < kStillCamera_px;
 }
 
 /// Whether a similarity explains three markers or more all along, and others were touched.
@@ -389,10 +401,10 @@ CameraMotion find_camera_motion(const std::vector<FixedMarker>& markers) {
   MotionFit moved(markers, markers.size() == 1 ? MapKind::Shift : MapKind::Similarity);
   if (!pays(still, moved)) return told(std::move(still));
   if (!span_plane(moved.mean_px())) return told(std::move(moved));
-  // What a similarity leaves out of many frames may be the picture's slant that changes.
+  // What a similarity leaves out may be the picture's slant that changes.
   MotionFit slanted(markers, MapKind::Projective);
-  const bool fits = moved.rms_px < kStillCamera_px || others_were_touched(moved, markers.size()) ||
-                    !pays(moved, slanted);
+  const bool fits =
+      explains_all(moved) || others_were_touched(moved, markers.size()) || !pays(moved, slanted);
   return told(std::move(fits ? moved : slanted));
 }
 
