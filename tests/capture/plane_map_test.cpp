@@ -224,7 +224,7 @@ TEST(PlaneMap, CameraThatPansIsFollowedFromTenthsOfAPixelToAHundred) {
   // A lens of 1500 px: what a pan does beyond a similarity grows from 1/50 px to 5 px.
   Homography lens;
   lens << 1500.0, 0.0, 320.0, 0.0, 1500.0, 160.0, 0.0, 0.0, 1.0;
-  for (const double pan_rad : {0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.07}) {
+  for (const double pan_rad : {0.0002, 0.0005, 0.001, 0.002, 0.005, 0.008, 0.01, 0.02, 0.07}) {
     const auto panning = [&](int n) {
       const Eigen::AngleAxisd turn(pan_rad * std::sin(0.05 * n), Eigen::Vector3d::UnitY());
       return Homography(lens * turn.toRotationMatrix() * lens.inverse() * px_from_plane());
