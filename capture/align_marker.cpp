@@ -29,7 +29,7 @@ constexpr int kMostParameters = detail::kMostColumns;
 constexpr int kMostIterations = 25;
 constexpr double kConverged_px = 1e-3;  // last step
 // Where the size is known and convergence quadratic.
-constexpr double kAlmostThere_px = 0.03;
+constexpr double kAlmostThere_px = 0.01;
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
 // The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and

@@ -18,6 +18,8 @@ constexpr double kFirstBlur_px = 0.7;
 constexpr std::array kBlurs_px = {0.0, 0.3, 0.45, 0.6, 0.8, 1.05, 1.4, 1.9, 2.5, 3.3};
 // A blur beyond this part of the size leaves nothing of the pattern.
 constexpr double kWidestBlur = 0.2;
+// Mean square residual over the least, from which wider blurs are not tried.
+constexpr double kFarBehind = 3.0;
 
 /// A blur and the mean square residual it leaves.
 struct Trial {
@@ -74,6 +76,12 @@ FittedMarker fit_marker(const LumaFrame& frame,
   for (const double blur_px : kBlurs_px) {
     if (blur_px > kWidestBlur * size_px) break;
     attempt(blur_px);
+    // The residual has one minimum; wide blurs are dear.
+    if (best &&
+        trials.back().square > kFarBehind * best->alignment.residual * best->alignment.residual &&
+        trials.back().blur_px > best->marker.blur_px()) {
+      break;
+    }
   }
   if (const auto between = least_between(trials)) attempt(*between);
   return best ? *best : fitted;

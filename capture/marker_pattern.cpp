@@ -24,6 +24,8 @@ struct MarkerPattern::Rectangle {
 
 namespace {
 
+// Of the waves' mean: then a fiftieth of the texture is as dark or bright as can be.
+constexpr double kTextureGain = 0.75;
 constexpr double kHalf = 0.5;              // half the outer size
 constexpr double kHalfBar = 1.0 / 6.0;     // half the width of a cross's bar
 constexpr double kHoleRadius = 1.0 / 4.0;  // of a ring
@@ -157,7 +159,7 @@ double MarkerPattern::texture(double x, double y, double width) const {
     sum += std::cos(kTwoPi * (wave.u * x + wave.v * y) + wave.phase_rad) * dimming(wave.u) *
            dimming(wave.v);
   }
-  return 0.5 + 0.5 * sum / kWaves;
+  return std::clamp(0.5 + kTextureGain * sum / kWaves, 0.0, 1.0);
 }
 
 bool MarkerPattern::ink(int row, int column) const {

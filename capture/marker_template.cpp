@@ -24,7 +24,25 @@ constexpr double kWidestBlur_px = 4.0;
 constexpr double kReachInSigmas = 3.5;
 constexpr double kCutOutSmoothing_px = 0.7;
 
+// Change from cell to cell below which a template does not change [-].
+constexpr float kEven = 1e-5F;
+
 using Cells = std::vector<std::array<float, detail::kCellFloats>>;
+
+/// Writes into each cell how far from it no cell has a slope worth the name.
+void mark_even(Cells& cells, int side) {
+  cv::Mat even(side, side, CV_8UC1);
+  for (int i = 0; i < side * side; ++i) {
+    const auto& cell = cells[static_cast<std::size_t>(i)];
+    even.data[i] = std::abs(cell[1]) + std::abs(cell[2]) < kEven ? 255 : 0;
+  }
+  cv::Mat distance;
+  cv::distanceTransform(even, distance, cv::DIST_L2, cv::DIST_MASK_3);
+  for (int i = 0; i < side * side; ++i) {
+    // The transform errs by a twentieth.
+    cells[static_cast<std::size_t>(i)][6] = 0.95F * distance.ptr<float>()[i] - 1.0F;
+  }
+}
 
 /// Values and derivatives by the cell's index (differences of fourth order); beyond the square all
 /// is paper.
@@ -58,6 +76,7 @@ Cells make_cells(const cv::Mat& values) {
       cell[5] = bend(down(-2), down(-1), r[0], down(1), down(2));
     }
   }
+  mark_even(cells, side);
   return cells;
 }
 

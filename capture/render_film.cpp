@@ -129,12 +129,13 @@ class FilmSet {
         std::copy(m_still.row(y) + box.x0, m_still.row(y) + box.x1, m_scratch.row(y) + box.x0);
       }
       paint_silhouette(m_scratch, moment.faces, m_mask);
-      for (const ProjectedMarker& marker : moment.markers) paint_marker(m_scratch, marker);
+      for (const ProjectedMarker& marker : moment.markers) paint_marker(m_scratch, marker, soft());
       for (int y = box.y0; y < box.y1; ++y) {
         for (int x = box.x0; x < box.x1; ++x) picture.row(y)[x] += weight * m_scratch.row(y)[x];
       }
     }
-    defocus(picture, m_options.defocus_px);
+    const double square = m_options.defocus_px * m_options.defocus_px;
+    defocus(picture, soft() ? std::sqrt(square - kSoftVariance_px2) : m_options.defocus_px);
     return picture;
   }
 
@@ -147,6 +148,10 @@ class FilmSet {
                                    m_rig.markers.size()));
     }
     return result;
+  }
+
+  [[nodiscard]] bool soft() const {
+    return m_options.defocus_px * m_options.defocus_px >= kSoftVariance_px2;
   }
 
   /// Corners of all that is to be seen in the course of the film, the papers around markers too.
@@ -190,7 +195,7 @@ class FilmSet {
     paint_bench(m_still, m_camera, m_shake.at(frame_s));
     const FilmedState rest = state(0.0);
     for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
-      if (m_rig.markers[i].fixed) paint_marker(m_still, projected(i, rest, {0.0, frame_s}));
+      if (m_rig.markers[i].fixed) paint_marker(m_still, projected(i, rest, {0.0, frame_s}), soft());
     }
   }
 

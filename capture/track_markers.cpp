@@ -187,7 +187,9 @@ void Tracking::widen_sigmas(const std::vector<bool>& doubled) {
     position_px.push_back(&measured[i]);
     sigma_px.push_back(&m_result.tracks[i].sigma_px);
   }
-  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px);
+  std::vector<bool> cut_out;
+  for (const Marker& marker : m_rig.markers) cut_out.push_back(marker.kind == MarkerKind::Patch);
+  const std::vector<double> added = detail::widen_by_scatter(position_px, sigma_px, cut_out);
   for (std::size_t i = 0; i < added.size(); ++i) m_result.tracks[i].coding_px = added[i];
 }
 

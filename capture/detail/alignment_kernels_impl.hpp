@@ -19,7 +19,7 @@ inline float bounded(float value, float low, float high) {
 
 /// Value and slopes, these by the cell's index, of the second-order expansion about the nearest
 /// cell.
-inline Four expand(const TemplateCells& table, float u, float v) {
+inline Four expand(const TemplateCells& table, float u, float v, float* even = nullptr) {
   const auto last = static_cast<float>(table.side - 1);
   const float column = bounded((u + table.middle) * table.per_unit, 0.0F, last);
   const float row = bounded((v + table.middle) * table.per_unit, 0.0F, last);
@@ -28,6 +28,7 @@ inline Four expand(const TemplateCells& table, float u, float v) {
   const float* f = table.cells + kCellFloats * (static_cast<std::ptrdiff_t>(j) * table.side + i);
   const float x = column - static_cast<float>(i);
   const float y = row - static_cast<float>(j);
+  if (even != nullptr) *even = f[6];
   const float du = f[1] + f[4] * x + f[3] * y;
   const float dv = f[2] + f[3] * x + f[5] * y;
   return Four{f[0] + 0.5F * ((f[1] + du) * x + (f[2] + dv) * y), du, dv, 0.0F};
@@ -67,6 +68,8 @@ void sample(const AlignmentWindow& window,
             const MotionPath& path,
             const ModelSamples& samples) {
   const float per_sample = 1.0F / static_cast<float>(path.samples);
+  const float half_path =
+      0.5F * table.per_unit * __builtin_sqrtf(path.u * path.u + path.v * path.v) + 1.0F;
   for (int row = 0; row < window.height; ++row) {
     int first = 0;
     int last = 0;
@@ -75,6 +78,13 @@ void sample(const AlignmentWindow& window,
     for (int i = start + first; i < start + last; ++i) {
       const float u = samples.u[i];
       const float v = samples.v[i];
+      float even = 0.0F;
+      const Four middle = expand(table, u, v, &even);
+      if (even > half_path) {
+        samples.value[i] = samples.ends[i] = middle[0];
+        samples.du[i] = samples.dv[i] = 0.0F;
+        continue;
+      }
       Four sum = {0.0F, 0.0F, 0.0F, 0.0F};
       for (int k = 0; k < path.samples; ++k) {
         const float s = (static_cast<float>(k) + 0.5F) * per_sample - 0.5F;

@@ -133,7 +133,7 @@ PixelBox box_of(const ProjectedMarker& marker, const Canvas& canvas) {
       kPaperHalf * marker.pattern_from_px.inverse().cwiseAbs().rowwise().sum();
   const Eigen::Vector2d low = marker.centre_px - reach;
   const Eigen::Vector2d high = marker.centre_px + reach;
-  return clip(low.x() - 0.5, low.y() - 0.5, high.x() + 0.5, high.y() + 0.5, canvas);
+  return clip(low.x() - 1.0, low.y() - 1.0, high.x() + 1.0, high.y() + 1.0, canvas);
 }
 
 PixelBox box_of(const std::vector<ProjectedFace>& faces, const Canvas& canvas) {
@@ -196,14 +196,17 @@ void paint_silhouette(Canvas& canvas,
   }
 }
 
-void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
+void paint_marker(Canvas& canvas, const ProjectedMarker& marker, bool soft) {
   const PixelBox box = box_of(marker, canvas);
   const double pixel = std::sqrt(std::abs(marker.pattern_from_px.determinant()));
   const double sample = pixel / kPatternSamples;
+  const int width_px = soft ? 2 : 1;  // of what a pixel sees
+  const int samples = width_px * kPatternSamples;
   // Smooth over a pixel: its mean hardly knows how the pixel is turned.
   const bool texture = marker.pattern.kind() == MarkerKind::Patch;
   // A square of this side around a pixel's centre holds the pixel however it is turned and sheared.
-  const double surround = 2.0 * marker.pattern_from_px.cwiseAbs().rowwise().sum().maxCoeff();
+  const double surround =
+      2.0 * width_px * marker.pattern_from_px.cwiseAbs().rowwise().sum().maxCoeff();
   for (int y = box.y0; y < box.y1; ++y) {
     float* row = canvas.row(y);
     for (int x = box.x0; x < box.x1; ++x) {
@@ -222,12 +225,14 @@ void paint_marker(Canvas& canvas, const ProjectedMarker& marker) {
       }
       double paper = 0.0;  // part of the pixel
       double light = 0.0;  // of that part
-      for (int j = 0; j < kPatternSamples; ++j) {
-        for (int i = 0; i < kPatternSamples; ++i) {
-          const Eigen::Vector2d offset((i + 0.5) / kPatternSamples - 0.5,
-                                       (j + 0.5) / kPatternSamples - 0.5);
+      for (int j = 0; j < samples; ++j) {
+        for (int i = 0; i < samples; ++i) {
+          const Eigen::Vector2d offset((i + 0.5) / kPatternSamples - 0.5 * width_px,
+                                       (j + 0.5) / kPatternSamples - 0.5 * width_px);
+          const double weight =
+              soft ? (1.0 - std::abs(offset.x())) * (1.0 - std::abs(offset.y())) : 1.0;
           const Eigen::Vector2d at = centre + marker.pattern_from_px * offset;
-          const double part = covered(at.x(), sample, kPaperHalf) *
+          const double part = weight * covered(at.x(), sample, kPaperHalf) *
                               covered(at.y(), sample, kPaperHalf) /
                               (kPatternSamples * kPatternSamples);
           if (part <= 0.0) continue;

@@ -72,7 +72,15 @@ void paint_silhouette(Canvas& canvas,
                       std::vector<std::uint8_t>& mask);
 
 /// A marker in ink on a square of white paper, half as large again; area-averaged over each pixel.
-void paint_marker(Canvas& canvas, const ProjectedMarker& marker);
+///
+/// A lens blurs before the sensor samples; a Gaussian over finished pixels comes too late and lets
+/// edges wander with the place of the pixels. So the first pixel's width of a lens's blur is
+/// painted in.
+/// @param soft  spread evenly over a pixel's width first: of the lens's blur that takes the
+/// variance
+///              `kSoftVariance_px2`
+void paint_marker(Canvas& canvas, const ProjectedMarker& marker, bool soft = false);
+inline constexpr double kSoftVariance_px2 = 1.0 / 12.0;
 
 /// Gaussian blur in place; sigma 0 leaves the canvas as it is.
 void defocus(Canvas& canvas, double sigma_px);

@@ -182,7 +182,7 @@ void MarkerRows::draw_words(SheetCanvas& canvas, double left) const {
                 SheetCanvas::shortened(words, m_letters, width),
                 m_letters,
                 lost ? kAlarm : kInk);
-    if (!roomy) continue;
+    if (!roomy || marker.lost.empty()) continue;
     canvas.text({left, base + 1.9 * m_letters},
                 SheetCanvas::shortened(marker.lost.front().stretch.reason, m_letters, width),
                 m_letters,

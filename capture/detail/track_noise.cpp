@@ -130,7 +130,8 @@ std::optional<TrackNoise> measure_track_noise(const std::vector<Eigen::Vector2d>
 
 std::vector<double> widen_by_scatter(
     const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
-    const std::vector<std::vector<double>*>& sigma_px) {
+    const std::vector<std::vector<double>*>& sigma_px,
+    const std::vector<bool>& cut_out) {
   const std::size_t num_markers = position_px.size();
   std::vector<double> excess(num_markers, kUsualCoding_px);
   std::vector<bool> moves(num_markers, true);
@@ -147,6 +148,10 @@ std::vector<double> widen_by_scatter(
     }
     excess[i] = std::sqrt(std::max(0.0, noise->scatter_px * noise->scatter_px - square / count));
     moves[i] = noise->motion_px > kMoves_px;
+    if (i < cut_out.size() && cut_out[i] && moves[i]) {
+      const double shrunk = std::min(1.0, noise->scatter_px / std::sqrt(square / count));
+      for (double& sigma : *sigma_px[i]) sigma *= shrunk;
+    }
     if (moves[i]) of_moving.push_back(excess[i]);
   }
   double still = kStillPart * kUsualCoding_px;

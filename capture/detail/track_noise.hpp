@@ -35,9 +35,12 @@ struct TrackNoise {
 /// error does not scatter. Where nothing can be measured, by the usual error of a codec.
 ///
 /// @param position_px, sigma_px  [marker][frame]; nan where lost [px]
+/// @param cut_out                one a marker: its reference was cut out of a picture, whose own
+///                               noise its residuals hold too; its sigmas may shrink to the scatter
 /// @return                       what was added to each marker's sigmas, in quadrature [px]
 std::vector<double> widen_by_scatter(
     const std::vector<const std::vector<Eigen::Vector2d>*>& position_px,
-    const std::vector<std::vector<double>*>& sigma_px);
+    const std::vector<std::vector<double>*>& sigma_px,
+    const std::vector<bool>& cut_out = {});
 
 }  // namespace twang::detail
