@@ -36,8 +36,9 @@ struct CameraMotion {
 /// The maps tried are none, the shift (one marker) or similarity of each frame, and the homography
 /// of each frame (four or more). More freedom is granted only where it lowers the error: Mallows'
 /// C_p, the gain in chi-square over the parameters it costs, in units of the residuals' own noise
-/// where that exceeds the stated one. A camera that moves moves all its markers: if one stands
-/// still, it is the others that were touched.
+/// where that exceeds the stated one (residuals of a motion that leaves out a tenth of what is seen
+/// are not noise). A camera that moves moves all its markers: if one stands still, it is the others
+/// that were touched.
 ///
 /// A marker that is away from its first place by more than its noise and `kBump_px` while the
 /// others agree is left out of the frames in which it is. Its first place is the one that counts: a

@@ -113,7 +113,7 @@ TEST_F(BentFilm, RowTimesMakeARollingShuttersPositionsTrue) {
   RecordProperty("with_row_times_px", std::to_string(with_px));
   RecordProperty("without_row_times_px", std::to_string(without_px));
   EXPECT_GT(without_px, 1.0);
-  EXPECT_LT(with_px, 0.06);
+  EXPECT_LT(with_px, 0.03);  // as good as any film's
   // The observable carries its marker's row time.
   const Channel* offset = result.trace.time_offset_of("observable_mm");
   ASSERT_NE(offset, nullptr);

@@ -208,13 +208,32 @@ TEST(PlaneMap, ShakingCameraIsFollowedFrameByFrame) {
 }
 
 TEST(PlaneMap, CameraThatSwingsSidewaysIsFollowedByHomographies) {
-  const auto swinging = [](int n) {
-    Homography map = px_from_plane();
-    map(2, 0) += 0.3 * std::sin(0.05 * n);
-    return map;
-  };
-  const PlaneMap map = Film(kBench_m, kSigma_px).map(swinging);
-  EXPECT_LT(largest_error(map, swinging, kTip_m), 20e-6);
+  for (const double slant : {0.3, 0.6, 1.0}) {  // up to 40 px at the far markers, 1 px at the near
+    const auto swinging = [&](int n) {
+      Homography map = px_from_plane();
+      map(2, 0) += slant * std::sin(0.05 * n);
+      return map;
+    };
+    const PlaneMap map = Film(kBench_m, kSigma_px).map(swinging);
+    EXPECT_LT(largest_error(map, swinging, kTip_m), 20e-6) << slant;
+    EXPECT_EQ(map.frames_left_out, std::vector<int>(5, 0)) << slant;
+  }
+}
+
+TEST(PlaneMap, CameraThatPansIsFollowedFromTenthsOfAPixelToAHundred) {
+  // A lens of 1500 px: what a pan does beyond a similarity grows from 1/50 px to 5 px.
+  Homography lens;
+  lens << 1500.0, 0.0, 320.0, 0.0, 1500.0, 160.0, 0.0, 0.0, 1.0;
+  for (const double pan_rad : {0.0002, 0.0005, 0.001, 0.002, 0.005, 0.008, 0.01, 0.02, 0.07}) {
+    const auto panning = [&](int n) {
+      const Eigen::AngleAxisd turn(pan_rad * std::sin(0.05 * n), Eigen::Vector3d::UnitY());
+      return Homography(lens * turn.toRotationMatrix() * lens.inverse() * px_from_plane());
+    };
+    const PlaneMap map = Film(kBench_m, kSigma_px).map(panning);
+    // As above: a frame's own 0.02 px, about four sigmas, or slant of that size not taken out.
+    EXPECT_LT(largest_error(map, panning, kTip_m), 20e-6) << pan_rad;
+    EXPECT_EQ(map.frames_left_out, std::vector<int>(5, 0)) << pan_rad;
+  }
 }
 
 TEST(PlaneMap, TwoFixedMarkersFollowAShakingCamera) {
