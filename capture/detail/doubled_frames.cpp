@@ -18,7 +18,7 @@ constexpr int kMinBlocks = 16;    // not cut off, to speak of noise
 constexpr int kShares = 64;       // steps of the share of unequal pixels
 // A repeat coded anew errs by up to seven levels in its worst block; where a printed edge, 200
 // levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
-constexpr float kMotion = 8.0F;
+constexpr float kMotion = 10.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
 constexpr std::size_t kMinWitnesses = 8;
@@ -75,9 +75,9 @@ void DoubledFrames::add(const LumaFrame& frame) {
     }
   }
   light /= std::max(1, rows * columns);
-  change.brightness = static_cast<float>(light - m_light);
+  change.brightness = first ? 0.0F : static_cast<float>(light - m_lights.back());
   change.unequal = median(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
-  m_light = light;
+  m_lights.push_back(light);
   m_changes.push_back(change);
 }
 

@@ -31,6 +31,8 @@ class DoubledFrames {
   void add(const LumaFrame& frame);
   /// One a frame; the first is Different.
   [[nodiscard]] std::vector<Likeness> decide() const;
+  /// Mean of each picture [grey levels].
+  [[nodiscard]] const std::vector<double>& light() const { return m_lights; }
 
  private:
   struct Change {
@@ -42,7 +44,7 @@ class DoubledFrames {
 
   std::vector<std::uint8_t> m_before;  // the rows compared, of the last picture
   std::vector<BlockSums> m_blocks;     // of one row of blocks
-  double m_light = 0.0;                // mean of the last picture [grey levels]
+  std::vector<double> m_lights;        // means of the pictures [grey levels]
   std::vector<Change> m_changes;
 };
 
