@@ -62,13 +62,19 @@ class RepeatFinder {
  public:
   RepeatFinder(const std::vector<MarkerTrack>& tracks,
                const std::vector<Likeness>& likeness,
-               const std::vector<double>& light)
+               const std::vector<double>& light,
+               const std::vector<double>& evidence)
       : m_likeness(likeness),
         m_repeats(likeness.size(), false),
         m_run(likeness.size(), 0),
+        m_away(likeness.size(), kAway),
         m_light{light, kLightFloor, kRipple, kLightStood} {
     for (const MarkerTrack& track : tracks) {
       for (const int axis : {0, 1}) m_paths.push_back(path_of(track, axis));
+    }
+    // Evidence of two kinds: the squares of standard errors and twice the odds' logarithms add up.
+    for (std::size_t n = 0; n < evidence.size(); ++n) {
+      m_away[n] = std::sqrt(kAway * kAway - 2.0 * evidence[n]);
     }
     for (std::size_t begin = 0; begin < likeness.size(); ++begin) {
       std::size_t end = begin;
@@ -262,7 +268,7 @@ class RepeatFinder {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(samples(path, frame, Witness::NoRepeat, Clock{}), path.floor);
     return fit && should_have_moved(
-                      *fit, path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
+                      *fit, m_away[frame], path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -283,7 +289,7 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, path.at(frame), path.at(origin), origin_time)) return true;
+    if (should_have_moved(*fit, m_away[frame], path.at(frame), path.at(origin), origin_time)) return true;
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(
                path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
@@ -292,13 +298,14 @@ class RepeatFinder {
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
   /// should be.
   static bool should_have_moved(const LocalFit& fit,
+                                double away,
                                 double here_px,
                                 double origin_px,
                                 double origin_time) {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
     return std::abs(here_px - origin_px) < kStands * std::abs(now.at - origin_px) &&
-           std::abs(now.at - here_px) > kAway * now.error &&
+           std::abs(now.at - here_px) > away * now.error &&
            std::abs(then.at - origin_px) < kNear * then.error;
   }
 
@@ -319,7 +326,8 @@ class RepeatFinder {
 
   const std::vector<Likeness>& m_likeness;
   std::vector<bool> m_repeats;
-  std::vector<int> m_run;  // length of the run of frames that may be repeats
+  std::vector<int> m_run;      // length of the run of frames that may be repeats
+  std::vector<double> m_away;  // standard errors that a frame must stand off its proper place
   std::vector<Path> m_paths;
   Path m_light;
 };
@@ -328,8 +336,9 @@ class RepeatFinder {
 
 std::vector<bool> find_repeats(const std::vector<MarkerTrack>& tracks,
                                const std::vector<Likeness>& likeness,
-                               const std::vector<double>& light) {
-  return RepeatFinder(tracks, likeness, light).find();
+                               const std::vector<double>& light,
+                               const std::vector<double>& evidence) {
+  return RepeatFinder(tracks, likeness, light, evidence).find();
 }
 
 }  // namespace twang::detail

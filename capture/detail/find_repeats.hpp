@@ -25,8 +25,10 @@ namespace twang::detail {
 /// @param likeness  one a frame
 /// @param light     mean of each picture [grey levels]: a lamp's ripple tells the time as a marker
 ///                  does; empty if not known
+/// @param evidence  see `repeat_evidence`; empty if not known
 [[nodiscard]] std::vector<bool> find_repeats(const std::vector<MarkerTrack>& tracks,
                                              const std::vector<Likeness>& likeness,
-                                             const std::vector<double>& light = {});
+                                             const std::vector<double>& light = {},
+                                             const std::vector<double>& evidence = {});
 
 }  // namespace twang::detail
