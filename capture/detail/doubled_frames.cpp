@@ -21,6 +21,8 @@ constexpr int kShares = 64;       // steps of the share of unequal pixels
 constexpr float kMotion = 8.0F;
 constexpr float kMotionMost = 12.0F;  // where the coder speaks for a repeat
 constexpr double kSpeaks = 2.0;       // odds from which it does, as a logarithm
+// The light of one picture coded twice differs by up to two levels.
+constexpr float kSameLight = 3.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
 constexpr std::size_t kMinWitnesses = 8;
@@ -107,6 +109,7 @@ std::vector<Likeness> DoubledFrames::decide() const {
   for (std::size_t n = 1; n < m_changes.size(); ++n) {
     const Change& change = m_changes[n];
     if (change.largest > (evidence[n] > kSpeaks ? kMotionMost : kMotion)) continue;
+    if (std::abs(change.brightness) > kSameLight) continue;
     const double usual = usual_noise(n);
     if (usual >= kAlive && change.unequal > kPresent * usual) continue;
     const bool missing = usual >= kAlive && change.unequal < kMissing * usual;

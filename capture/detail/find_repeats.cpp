@@ -22,6 +22,7 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.0;         // standard errors between a repeat and its proper place
+constexpr double kSamePlace = 0.5;    // error between two codings of one picture over a sample's
 constexpr double kNear = 4.0;         // standard errors within which a sample is where it should be
 constexpr double kStands = 0.3;       // of the step that is missing
 constexpr double kMuchBetter = 0.4;   // ratio of residuals
@@ -63,18 +64,15 @@ class RepeatFinder {
   RepeatFinder(const std::vector<MarkerTrack>& tracks,
                const std::vector<Likeness>& likeness,
                const std::vector<double>& light,
-               const std::vector<double>& evidence)
+               std::vector<double> evidence)
       : m_likeness(likeness),
         m_repeats(likeness.size(), false),
         m_run(likeness.size(), 0),
-        m_away(likeness.size(), kAway),
+        m_evidence(std::move(evidence)),
         m_light{light, kLightFloor, kRipple, kLightStood} {
+    m_evidence.resize(likeness.size(), 0.0);
     for (const MarkerTrack& track : tracks) {
       for (const int axis : {0, 1}) m_paths.push_back(path_of(track, axis));
-    }
-    // Evidence of two kinds: the squares of standard errors and twice the odds' logarithms add up.
-    for (std::size_t n = 0; n < evidence.size(); ++n) {
-      m_away[n] = std::sqrt(kAway * kAway - 2.0 * evidence[n]);
     }
     for (std::size_t begin = 0; begin < likeness.size(); ++begin) {
       std::size_t end = begin;
@@ -266,9 +264,10 @@ class RepeatFinder {
                                       std::size_t origin) const {
     if (frame + kBothSides >= m_likeness.size() || frame < kBothSides) return false;
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
-    const auto fit = best_fit(samples(path, frame, Witness::NoRepeat, Clock{}), path.floor);
+    const auto fit = best_fit(
+        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
     return fit && should_have_moved(
-                      *fit, m_away[frame], path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
+                      *fit, m_evidence[frame], path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -289,23 +288,25 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, m_away[frame], path.at(frame), path.at(origin), origin_time)) return true;
+    if (should_have_moved(*fit, m_evidence[frame], path.at(frame), path.at(origin), origin_time)) return true;
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(
                path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
-  /// should be.
+  /// should be: the odds of its place and the coder's multiply.
   static bool should_have_moved(const LocalFit& fit,
-                                double away,
+                                double evidence,
                                 double here_px,
                                 double origin_px,
                                 double origin_time) {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
+    const double off = (now.at - here_px) / now.error;
+    const double moved = (here_px - origin_px) / (kSamePlace * now.error);
     return std::abs(here_px - origin_px) < kStands * std::abs(now.at - origin_px) &&
-           std::abs(now.at - here_px) > away * now.error &&
+           off * off - moved * moved + 2.0 * evidence > kAway * kAway &&
            std::abs(then.at - origin_px) < kNear * then.error;
   }
 
@@ -327,7 +328,7 @@ class RepeatFinder {
   const std::vector<Likeness>& m_likeness;
   std::vector<bool> m_repeats;
   std::vector<int> m_run;      // length of the run of frames that may be repeats
-  std::vector<double> m_away;  // standard errors that a frame must stand off its proper place
+  std::vector<double> m_evidence;  // of the coder; as a logarithm of odds
   std::vector<Path> m_paths;
   Path m_light;
 };

@@ -17,7 +17,6 @@ constexpr int kNumOmegas = 52;  // grid from 0 to half the frame rate
 constexpr int kHalvings = 4;    // of the grid's step about the best: 0.3 degrees a frame are left
 constexpr double kFrames = 16.0;  // unit of time in the terms: keeps them of one size
 constexpr double kFarOut = 3.5;   // residuals between a sample and a fit that drops it
-constexpr int kMostDropped = 3;
 constexpr double kSingular = 1e-13;  // ratio of pivots
 
 using Terms = Eigen::Matrix<double, kMostTerms, 1>;
@@ -128,11 +127,11 @@ LocalFit::Expected LocalFit::at(double t) const {
   return {row.dot(coefficients), residual * std::sqrt(1.0 + row.dot(covariance * row))};
 }
 
-std::optional<LocalFit> best_fit(const Samples& given, double floor) {
+std::optional<LocalFit> best_fit(const Samples& given, double floor, int most_dropped) {
   if (given.t.size() < kAtLeast) return std::nullopt;
   Samples samples = given;
   double omega = best_omega(samples);
-  for (int i = 0; i < kMostDropped && samples.t.size() > kAtLeast; ++i) {
+  for (int i = 0; i < most_dropped && samples.t.size() > kAtLeast; ++i) {
     const auto out = outlier(omega, samples, floor);
     if (!out) break;
     samples.t.erase(samples.t.begin() + static_cast<std::ptrdiff_t>(*out));

@@ -30,6 +30,7 @@ struct LocalFit {
   Coefficients coefficients;
   Square covariance;  // over the squared residual
   double residual = kNaN;
+  static constexpr int kMostDropped = 3;  // where repeats may be among the samples
 
   struct Expected {
     double at;
@@ -38,9 +39,12 @@ struct LocalFit {
   [[nodiscard]] Expected at(double t) const;
 };
 
-/// The fit of the frequency that suits best, the smooth one where none does better; samples that
-/// it leaves far out are dropped, a few of them. Nothing where samples are too few.
-/// @param floor  least standard deviation of a sample
-[[nodiscard]] std::optional<LocalFit> best_fit(const Samples& samples, double floor);
+/// The fit of the frequency that suits best, the smooth one where none does better; nothing where
+/// samples are too few.
+/// @param floor         least standard deviation of a sample
+/// @param most_dropped  of samples that the others' fit leaves far out
+[[nodiscard]] std::optional<LocalFit> best_fit(const Samples& samples,
+                                               double floor,
+                                               int most_dropped = 0);
 
 }  // namespace twang::detail
