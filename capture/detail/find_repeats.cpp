@@ -11,12 +11,12 @@
 namespace twang::detail {
 namespace {
 
-constexpr std::size_t kReach = 44;  // frames on either side in which they are looked for
+constexpr std::size_t kReach = 44;     // frames on either side in which they are looked for
 constexpr std::size_t kBothSides = 4;  // frames there must be on either side of slow motion
 constexpr double kStood_px = 0.3;      // between two codings of one picture [px]
-constexpr int kMaxRun = 4;            // alike frames in a row from which on the film stands still
-constexpr double kFloor_px = 0.015;   // no track is better than this in a compressed film [px]
-constexpr double kMotion_px = 0.3;    // range of a path below which it shows no motion [px]
+constexpr int kMaxRun = 4;             // alike frames in a row from which on the film stands still
+constexpr double kFloor_px = 0.015;    // no track is better than this in a compressed film [px]
+constexpr double kMotion_px = 0.3;     // range of a path below which it shows no motion [px]
 // The light of one picture coded twice differs by so much, a lamp's ripple is larger. [grey levels]
 constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
@@ -26,7 +26,7 @@ constexpr double kSamePlace = 0.5;    // error between two codings of one pictur
 constexpr double kNear = 4.0;         // standard errors within which a sample is where it should be
 constexpr double kStands = 0.3;       // of the step that is missing
 constexpr double kMuchBetter = 0.4;   // ratio of residuals
-constexpr double kFitsWell = 0.02;    // below this there is nothing to be had by another clock
+constexpr double kFitsWell = 0.01;    // below this there is nothing to be had by another clock
 constexpr std::size_t kCadence = 12;  // frames on either side that show a cadence
 constexpr std::size_t kLongestPeriod = 6;  // of a converter: 25 frames from 30
 constexpr double kMostly = 0.6;  // of the fresh pictures that must differ from the one before
@@ -34,10 +34,10 @@ constexpr double kFits = 0.1;    // residual over the range of motion
 
 /// What a frame's moment shows in: one coordinate of one marker, or the light.
 struct Path {
-  std::vector<double> y;    // one a frame; nan where lost
-  double floor = 0.0;       // least error of a sample
-  double least_range = 0.0; // below it nothing moves
-  double stood = 0.0;       // most between two codings of one picture
+  std::vector<double> y;     // one a frame; nan where lost
+  double floor = 0.0;        // least error of a sample
+  double least_range = 0.0;  // below it nothing moves
+  double stood = 0.0;        // most between two codings of one picture
   [[nodiscard]] double at(std::size_t n) const { return y[n]; }
 };
 
@@ -193,11 +193,15 @@ class RepeatFinder {
     double before = 0.0;
     double after = 0.0;
     const auto take = [&](std::size_t n, double t) {
-      if (result.t.size() == static_cast<std::size_t>(kMostSamples) || !may_use(n, witness) || !std::isfinite(path.at(n))) return;
+      if (result.t.size() == static_cast<std::size_t>(kMostSamples) || !may_use(n, witness) ||
+          !std::isfinite(path.at(n)))
+        return;
       result.t.push_back(t);
       result.y.push_back(path.at(n));
     };
-    for (std::size_t away = 1; away <= kReach && result.t.size() < static_cast<std::size_t>(kMostSamples); ++away) {
+    for (std::size_t away = 1;
+         away <= kReach && result.t.size() < static_cast<std::size_t>(kMostSamples);
+         ++away) {
       if (frame >= away && side != Side::After) {
         before -= takes_time(frame - away + 1, frame, clock) ? 1.0 : 0.0;
         take(frame - away, before);
@@ -266,8 +270,11 @@ class RepeatFinder {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return fit && should_have_moved(
-                      *fit, m_evidence[frame], path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
+    return fit && should_have_moved(*fit,
+                                    m_evidence[frame],
+                                    path.at(frame),
+                                    path.at(origin),
+                                    time_before(origin, frame, Clock{}));
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -288,19 +295,16 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, m_evidence[frame], path.at(frame), path.at(origin), origin_time)) return true;
+    if (should_have_moved(*fit, m_evidence[frame], path.at(frame), path.at(origin), origin_time))
+      return true;
     return fit->residual > kFitsWell * range_px &&
-           is_put_in_between(
-               path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
+           is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
   /// should be: the odds of its place and the coder's multiply.
-  static bool should_have_moved(const LocalFit& fit,
-                                double evidence,
-                                double here_px,
-                                double origin_px,
-                                double origin_time) {
+  static bool should_have_moved(
+      const LocalFit& fit, double evidence, double here_px, double origin_px, double origin_time) {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
     const double off = (now.at - here_px) / now.error;
@@ -327,7 +331,7 @@ class RepeatFinder {
 
   const std::vector<Likeness>& m_likeness;
   std::vector<bool> m_repeats;
-  std::vector<int> m_run;      // length of the run of frames that may be repeats
+  std::vector<int> m_run;          // length of the run of frames that may be repeats
   std::vector<double> m_evidence;  // of the coder; as a logarithm of odds
   std::vector<Path> m_paths;
   Path m_light;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kAtLeast = 14;  // samples: twice the terms
 constexpr int kCubicTerms = 4;
-constexpr int kNumOmegas = 52;  // grid from 0 to half the frame rate
-constexpr int kHalvings = 4;    // of the grid's step about the best: 0.3 degrees a frame are left
+constexpr int kNumOmegas = 52;    // grid from 0 to half the frame rate
+constexpr int kHalvings = 4;      // of the grid's step about the best: 0.3 degrees a frame are left
 constexpr double kFrames = 16.0;  // unit of time in the terms: keeps them of one size
 constexpr double kFarOut = 3.5;   // residuals between a sample and a fit that drops it
 constexpr double kSingular = 1e-13;  // ratio of pivots
@@ -67,7 +67,8 @@ double solve(double omega, const Samples& samples, LocalFit* fit) {
 }
 
 double variance(double omega, const Samples& samples, LocalFit* fit = nullptr) {
-  const auto freedom = static_cast<double>(samples.t.size()) - static_cast<double>(num_terms(omega));
+  const auto freedom =
+      static_cast<double>(samples.t.size()) - static_cast<double>(num_terms(omega));
   return solve(omega, samples, fit) / freedom;
 }
 
