@@ -214,6 +214,11 @@ class RepeatFinder {
     return result;
   }
 
+  /// What the coder says. After a repeat the same difference in cost speaks for that one.
+  [[nodiscard]] double evidence(std::size_t frame) const {
+    return m_repeats[frame - 1] ? std::min(0.0, m_evidence[frame]) : m_evidence[frame];
+  }
+
   [[nodiscard]] double range(const Path& path, std::size_t frame, Witness witness) const {
     const Samples around = samples(path, frame, witness, Clock{});
     if (around.y.empty()) return 0.0;
@@ -271,7 +276,7 @@ class RepeatFinder {
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
     return fit && should_have_moved(*fit,
-                                    m_evidence[frame],
+                                    evidence(frame),
                                     path.at(frame),
                                     path.at(origin),
                                     time_before(origin, frame, Clock{}));
@@ -295,7 +300,7 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, m_evidence[frame], path.at(frame), path.at(origin), origin_time))
+    if (should_have_moved(*fit, evidence(frame), path.at(frame), path.at(origin), origin_time))
       return true;
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
