@@ -20,7 +20,7 @@ constexpr int kShares = 64;       // steps of the share of unequal pixels
 // levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
 constexpr float kMotion = 8.0F;
 constexpr float kMotionMost = 12.0F;  // where the coder speaks for a repeat
-constexpr double kSpeaks = 2.0;       // odds from which it does, as a logarithm
+constexpr double kSpeaks = 0.5;       // odds from which it does, as a logarithm
 // The light of one picture coded twice differs by up to two levels.
 constexpr float kSameLight = 3.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
