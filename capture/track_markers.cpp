@@ -282,7 +282,11 @@ TrackResult Tracking::finish() {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", m_video.string(), error.what()));
   }
-  const std::vector<bool> doubled = detail::find_repeats(m_result.tracks, m_doubled.decide());
+  const std::vector<bool> doubled =
+      detail::find_repeats(m_result.tracks,
+                           m_doubled.decide(),
+                           m_doubled.light(),
+                           detail::repeat_evidence(m_doubled.coded()));
   time.summary.doubled = static_cast<int>(std::count(doubled.begin(), doubled.end(), true));
   if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;

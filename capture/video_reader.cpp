@@ -241,6 +241,8 @@ std::optional<LumaFrame> VideoReader::read() {
   ++self.shown;
   LumaFrame shown = self.luma.view(frame);
   shown.stamp_s = self.stamp_s();
+  shown.coded_bytes = std::max(0, frame.pkt_size);
+  shown.coded_as = av_get_picture_type_char(frame.pict_type);
   return shown;
 }
 

@@ -37,6 +37,8 @@ struct LumaFrame {
   int width_px = 0;
   int height_px = 0;
   double stamp_s = 0.0;  ///< presentation time of the packet [s]; nan if the file has none
+  long coded_bytes = 0;  ///< what the picture takes up in the file; 0 if unknown
+  char coded_as = '?';   ///< 'I' by itself, 'P' from pictures before, 'B' from both sides; '?'
 };
 
 /// Reads a film from beginning to end, luma plane only, decoded on several threads (FFmpeg).

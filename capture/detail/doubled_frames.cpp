@@ -19,6 +19,10 @@ constexpr int kShares = 64;       // steps of the share of unequal pixels
 // A repeat coded anew errs by up to seven levels in its worst block; where a printed edge, 200
 // levels high, moves by 0.6 px across a block, that changes by eight. [grey levels]
 constexpr float kMotion = 8.0F;
+constexpr float kMotionMost = 12.0F;  // where the coder speaks for a repeat
+constexpr double kSpeaks = 0.5;       // odds from which it does, as a logarithm
+// The light of one picture coded twice differs by up to two levels.
+constexpr float kSameLight = 3.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
 constexpr std::size_t kMinWitnesses = 8;
@@ -75,10 +79,11 @@ void DoubledFrames::add(const LumaFrame& frame) {
     }
   }
   light /= std::max(1, rows * columns);
-  change.brightness = static_cast<float>(light - m_light);
+  change.brightness = first ? 0.0F : static_cast<float>(light - m_lights.back());
   change.unequal = median(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
-  m_light = light;
+  m_lights.push_back(light);
   m_changes.push_back(change);
+  m_coded.push_back({frame.coded_bytes, frame.coded_as});
 }
 
 /// The share of unequal pixels that frames around this one show, where the light is steady.
@@ -100,9 +105,11 @@ double DoubledFrames::usual_noise(std::size_t frame) const {
 
 std::vector<Likeness> DoubledFrames::decide() const {
   std::vector<Likeness> likeness(m_changes.size(), Likeness::Different);
+  const std::vector<double> evidence = repeat_evidence(m_coded);
   for (std::size_t n = 1; n < m_changes.size(); ++n) {
     const Change& change = m_changes[n];
-    if (change.largest > kMotion) continue;
+    if (change.largest > (evidence[n] > kSpeaks ? kMotionMost : kMotion)) continue;
+    if (std::abs(change.brightness) > kSameLight) continue;
     const double usual = usual_noise(n);
     if (usual >= kAlive && change.unequal > kPresent * usual) continue;
     const bool missing = usual >= kAlive && change.unequal < kMissing * usual;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "capture/detail/coded_size.hpp"
 #include "capture/detail/compare_blocks.hpp"
 #include "capture/video_reader.hpp"
 
@@ -31,6 +32,10 @@ class DoubledFrames {
   void add(const LumaFrame& frame);
   /// One a frame; the first is Different.
   [[nodiscard]] std::vector<Likeness> decide() const;
+  /// Mean of each picture [grey levels].
+  [[nodiscard]] const std::vector<double>& light() const { return m_lights; }
+  /// What each picture took in the file.
+  [[nodiscard]] const std::vector<CodedPicture>& coded() const { return m_coded; }
 
  private:
   struct Change {
@@ -42,8 +47,9 @@ class DoubledFrames {
 
   std::vector<std::uint8_t> m_before;  // the rows compared, of the last picture
   std::vector<BlockSums> m_blocks;     // of one row of blocks
-  double m_light = 0.0;                // mean of the last picture [grey levels]
+  std::vector<double> m_lights;        // means of the pictures [grey levels]
   std::vector<Change> m_changes;
+  std::vector<CodedPicture> m_coded;
 };
 
 }  // namespace twang::detail

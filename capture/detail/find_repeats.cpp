@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/find_repeats.hpp"
 
-#include "core/constants.hpp"
-
-#include <Eigen/QR>
+#include "capture/detail/local_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,121 +11,68 @@
 namespace twang::detail {
 namespace {
 
-constexpr int kEnough = 24;         // samples for a fit: three times its terms
-constexpr int kAtLeast = 14;        // twice its terms
-constexpr std::size_t kReach = 44;  // frames on either side in which they are looked for
-constexpr int kNumOmegas = 52;  // grid from 0 to half the frame rate: ω within a tenth of a radian
-                                // over the window, the rest is left to the terms b and d
-constexpr int kNumSlowOmegas = 10;     // of these where motion is slow
+constexpr std::size_t kReach = 44;     // frames on either side in which they are looked for
 constexpr std::size_t kBothSides = 4;  // frames there must be on either side of slow motion
 constexpr double kStood_px = 0.3;      // between two codings of one picture [px]
-constexpr int kMaxTerms = 7;
-constexpr int kCubicTerms = 4;
-constexpr int kMaxRun = 4;            // alike frames in a row from which on the film stands still
-constexpr double kFloor_px = 0.015;   // no track is better than this in a compressed film [px]
-constexpr double kMotion_px = 0.3;    // range of a path below which it shows no motion [px]
+constexpr int kMaxRun = 4;             // alike frames in a row from which on the film stands still
+constexpr double kFloor_px = 0.015;    // no track is better than this in a compressed film [px]
+constexpr double kMotion_px = 0.3;     // range of a path below which it shows no motion [px]
+// The light of one picture coded twice differs by so much, a lamp's ripple is larger. [grey levels]
+constexpr double kLightFloor = 0.3;
+constexpr double kLightStood = 2.5;
+constexpr double kRipple = 3.0;
 constexpr double kAway = 4.0;         // standard errors between a repeat and its proper place
+constexpr double kSamePlace = 0.5;    // error between two codings of one picture over a sample's
 constexpr double kNear = 4.0;         // standard errors within which a sample is where it should be
 constexpr double kStands = 0.3;       // of the step that is missing
 constexpr double kMuchBetter = 0.4;   // ratio of residuals
-constexpr double kFitsWell = 0.02;    // below this there is nothing to be had by another clock
+constexpr double kFitsWell = 0.01;    // below this there is nothing to be had by another clock
 constexpr std::size_t kCadence = 12;  // frames on either side that show a cadence
 constexpr std::size_t kLongestPeriod = 6;  // of a converter: 25 frames from 30
-constexpr int kFewMoves = 2;               // frames about that differ, in slow motion
 constexpr double kMostly = 0.6;  // of the fresh pictures that must differ from the one before
 constexpr double kFits = 0.1;    // residual over the range of motion
 
-/// One coordinate of one marker.
+/// What a frame's moment shows in: one coordinate of one marker, or the light.
 struct Path {
-  const MarkerTrack* track = nullptr;
-  int axis = 0;
-  [[nodiscard]] double at(std::size_t n) const { return track->position_px[n][axis]; }
+  std::vector<double> y;     // one a frame; nan where lost
+  double floor = 0.0;        // least error of a sample
+  double least_range = 0.0;  // below it nothing moves
+  double stood = 0.0;        // most between two codings of one picture
+  [[nodiscard]] double at(std::size_t n) const { return y[n]; }
 };
 
-// Sizes are bounded: a fit takes no memory of its own.
-using Terms = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxTerms>;
-using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kEnough, kMaxTerms>;
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxTerms, kMaxTerms>;
-using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxTerms, 1>;
-
-/// A path's fit about a frame.
-struct LocalFit {
-  double omega = 0.0;  // [rad/frame]; 0: cubic
-  Coefficients coefficients;
-  Square covariance;  // over the squared residual
-  double residual_px = kNaN;
-
-  struct Expected {
-    double at_px;
-    double error_px;
-  };
-  [[nodiscard]] Expected at(double t) const;
-};
-
-Terms terms(double omega, double t) {
-  Terms row(omega == 0.0 ? kCubicTerms : kMaxTerms);
-  if (omega == 0.0) {
-    row << 1.0, t, t * t, t * t * t;
-  } else {
-    const double c = std::cos(omega * t);
-    const double s = std::sin(omega * t);
-    row << 1.0, t, t * t, c, s, t * c, t * s;
-  }
-  return row;
+Path path_of(const MarkerTrack& track, int axis) {
+  Path path{{}, kFloor_px, kMotion_px, kStood_px};
+  for (const Eigen::Vector2d& px : track.position_px) path.y.push_back(px[axis]);
+  return path;
 }
 
-LocalFit::Expected LocalFit::at(double t) const {
-  const Terms row = terms(omega, t);
-  return {row * coefficients,
-          residual_px * std::sqrt(1.0 + (row * covariance * row.transpose()).value())};
-}
-
-struct Samples {
-  std::vector<double> t;  // from the frame in question [frames]
-  std::vector<double> y;  // [px]
-};
-
-std::optional<LocalFit> fit_with(double omega, const Samples& samples) {
-  const auto rows = static_cast<Eigen::Index>(samples.t.size());
-  Design A(rows, terms(omega, 0.0).size());
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    A.row(i) = terms(omega, samples.t[static_cast<std::size_t>(i)]);
-  }
-  const Eigen::Map<const Eigen::VectorXd> y(samples.y.data(), rows);
-  const Eigen::ColPivHouseholderQR<Design> qr(A);
-  if (qr.rank() < A.cols() || rows <= A.cols()) return std::nullopt;
-  LocalFit fit;
-  fit.omega = omega;
-  fit.coefficients = qr.solve(y);
-  const double freedom = static_cast<double>(rows - A.cols());
-  fit.residual_px = std::max(kFloor_px, (A * fit.coefficients - y).norm() / std::sqrt(freedom));
-  fit.covariance = Square(A.transpose() * A).ldlt().solve(Square::Identity(A.cols(), A.cols()));
-  return fit;
-}
-
-/// The fit of the frequency that suits best, the smooth one where none does better.
-std::optional<LocalFit> best_fit(const Samples& samples, int num_omegas = kNumOmegas) {
-  if (samples.t.size() < kAtLeast) return std::nullopt;
-  std::optional<LocalFit> best;
-  for (int i = 0; i < num_omegas; ++i) {
-    std::optional<LocalFit> fit = fit_with(kPi * i / kNumOmegas, samples);
-    if (fit && (!best || fit->residual_px < best->residual_px)) best = std::move(fit);
-  }
-  return best;
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 /// The better of two fits.
 std::optional<LocalFit> better(std::optional<LocalFit> one, std::optional<LocalFit> other) {
-  if (!one || (other && other->residual_px < one->residual_px)) return other;
+  if (!one || (other && other->residual < one->residual)) return other;
   return one;
 }
 
 class RepeatFinder {
  public:
-  RepeatFinder(const std::vector<MarkerTrack>& tracks, const std::vector<Likeness>& likeness)
-      : m_likeness(likeness), m_repeats(likeness.size(), false), m_run(likeness.size(), 0) {
+  RepeatFinder(const std::vector<MarkerTrack>& tracks,
+               const std::vector<Likeness>& likeness,
+               const std::vector<double>& light,
+               std::vector<double> evidence)
+      : m_likeness(likeness),
+        m_repeats(likeness.size(), false),
+        m_run(likeness.size(), 0),
+        m_evidence(std::move(evidence)),
+        m_light{light, kLightFloor, kRipple, kLightStood} {
+    m_evidence.resize(likeness.size(), 0.0);
     for (const MarkerTrack& track : tracks) {
-      for (const int axis : {0, 1}) m_paths.push_back({&track, axis});
+      for (const int axis : {0, 1}) m_paths.push_back(path_of(track, axis));
     }
     for (std::size_t begin = 0; begin < likeness.size(); ++begin) {
       std::size_t end = begin;
@@ -187,10 +132,31 @@ class RepeatFinder {
             others_alike = false;
           }
         }
-        if (others_alike && num_different >= kMostly * num_fresh) return true;
+        if (others_alike && num_different >= kMostly * num_fresh &&
+            stands_between(first, end, fresh % period, period)) {
+          return true;
+        }
       }
     }
     return false;
+  }
+
+  /// Whether what moves does so with every so manieth frame and stands in the others.
+  [[nodiscard]] bool stands_between(std::size_t first,
+                                    std::size_t end,
+                                    std::size_t fresh,
+                                    std::size_t period) const {
+    return std::none_of(m_paths.begin(), m_paths.end(), [&](const Path& path) {
+      std::vector<double> moving;
+      std::vector<double> standing;
+      for (std::size_t n = std::max<std::size_t>(first, 1); n < end; ++n) {
+        const double step = std::abs(path.at(n) - path.at(n - 1));
+        if (std::isfinite(step)) (n % period == fresh ? moving : standing).push_back(step);
+      }
+      if (moving.empty() || standing.empty()) return false;
+      const double most = median(moving);
+      return most > kStands * kMotion_px && median(standing) > kStands * most;
+    });
   }
 
   [[nodiscard]] bool may_use(std::size_t n, Witness witness) const {
@@ -227,11 +193,15 @@ class RepeatFinder {
     double before = 0.0;
     double after = 0.0;
     const auto take = [&](std::size_t n, double t) {
-      if (result.t.size() == kEnough || !may_use(n, witness) || !std::isfinite(path.at(n))) return;
+      if (result.t.size() == static_cast<std::size_t>(kMostSamples) || !may_use(n, witness) ||
+          !std::isfinite(path.at(n)))
+        return;
       result.t.push_back(t);
       result.y.push_back(path.at(n));
     };
-    for (std::size_t away = 1; away <= kReach && result.t.size() < kEnough; ++away) {
+    for (std::size_t away = 1;
+         away <= kReach && result.t.size() < static_cast<std::size_t>(kMostSamples);
+         ++away) {
       if (frame >= away && side != Side::After) {
         before -= takes_time(frame - away + 1, frame, clock) ? 1.0 : 0.0;
         take(frame - away, before);
@@ -244,18 +214,29 @@ class RepeatFinder {
     return result;
   }
 
-  struct Liveliest {
-    Path path;
-    double range_px = 0.0;
-  };
-  [[nodiscard]] Liveliest liveliest(std::size_t frame, std::size_t origin, Witness witness) const {
-    Liveliest best;
+  /// What the coder says. After a repeat the same difference in cost speaks for that one.
+  [[nodiscard]] double evidence(std::size_t frame) const {
+    return m_repeats[frame - 1] ? std::min(0.0, m_evidence[frame]) : m_evidence[frame];
+  }
+
+  [[nodiscard]] double range(const Path& path, std::size_t frame, Witness witness) const {
+    const Samples around = samples(path, frame, witness, Clock{});
+    if (around.y.empty()) return 0.0;
+    const auto [low, high] = std::minmax_element(around.y.begin(), around.y.end());
+    return *high - *low;
+  }
+  /// The path that moves most, if any does.
+  [[nodiscard]] const Path* liveliest(std::size_t frame,
+                                      std::size_t origin,
+                                      Witness witness) const {
+    const Path* best = nullptr;
+    double most = kMotion_px;
     for (const Path& path : m_paths) {
       if (!std::isfinite(path.at(frame)) || !std::isfinite(path.at(origin))) continue;
-      const Samples around = samples(path, frame, witness, Clock{});
-      if (around.y.empty()) continue;
-      const auto [low, high] = std::minmax_element(around.y.begin(), around.y.end());
-      if (*high - *low > best.range_px) best = {path, *high - *low};
+      const double moved = range(path, frame, witness);
+      if (moved <= most) continue;
+      most = moved;
+      best = &path;
     }
     return best;
   }
@@ -271,69 +252,71 @@ class RepeatFinder {
     return times > kReach / period;
   }
 
-  [[nodiscard]] bool is_slow(std::size_t frame) const {
-    const auto begin =
-        m_likeness.begin() + static_cast<std::ptrdiff_t>(frame - std::min(frame, kReach));
-    const auto end = m_likeness.begin() +
-                     static_cast<std::ptrdiff_t>(std::min(frame + kReach, m_likeness.size()));
-    return std::count(begin, end, Likeness::Different) <= kFewMoves;
-  }
-
   [[nodiscard]] bool stands_still(std::size_t frame) const {
     std::size_t origin = frame - 1;  // the picture that would be repeated
     while (origin > 0 && m_repeats[origin]) --origin;
-    return (m_run[frame] <= kMaxRun && stands_still(frame, origin)) ||
-           (is_slow(frame) && stands_still_slowly(frame, origin));
-  }
-
-  /// In slow motion, where all pictures are alike: low frequencies, all other frames.
-  [[nodiscard]] bool stands_still_slowly(std::size_t frame, std::size_t origin) const {
-    if (frame + kBothSides >= m_likeness.size() || frame < kBothSides) return false;
-    const auto [path, range_px] = liveliest(frame, origin, Witness::NoRepeat);
-    if (range_px < kMotion_px) return false;
-    const auto fit = best_fit(samples(path, frame, Witness::NoRepeat, Clock{}), kNumSlowOmegas);
-    return fit && should_have_moved(
-                      *fit, path.at(frame), path.at(origin), time_before(origin, frame, Clock{}));
-  }
-
-  [[nodiscard]] bool stands_still(std::size_t frame, std::size_t origin) const {
-    const auto [path, range_px] = liveliest(frame, origin, Witness::Different);
-    if (range_px < kMotion_px || std::abs(path.at(frame) - path.at(origin)) > kStood_px) {
-      return false;
+    if (m_run[frame] <= kMaxRun) {
+      const Path* path = liveliest(frame, origin, Witness::Different);
+      if (path && stands_still(*path, frame, origin)) return true;
     }
-    const auto fit_by = [&, path = path](Clock clock, Side side = Side::Both) {
-      return best_fit(samples(path, frame, Witness::Different, clock, side));
+    if (!m_light.y.empty() && range(m_light, frame, Witness::NoRepeat) > kRipple &&
+        stands_among_all(m_light, frame, origin)) {
+      return true;
+    }
+    const Path* path = liveliest(frame, origin, Witness::NoRepeat);
+    return path && stands_among_all(*path, frame, origin);
+  }
+
+  /// Where many pictures are alike: told by all other frames.
+  [[nodiscard]] bool stands_among_all(const Path& path,
+                                      std::size_t frame,
+                                      std::size_t origin) const {
+    if (frame + kBothSides >= m_likeness.size() || frame < kBothSides) return false;
+    if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
+    const auto fit = best_fit(
+        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
+    return fit && should_have_moved(*fit,
+                                    evidence(frame),
+                                    path.at(frame),
+                                    path.at(origin),
+                                    time_before(origin, frame, Clock{}));
+  }
+
+  [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
+    if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
+    const double range_px = range(path, frame, Witness::Different);
+    const auto fit_by = [&](Clock clock, Side side = Side::Both) {
+      return best_fit(samples(path, frame, Witness::Different, clock, side), path.floor);
     };
     std::optional<LocalFit> plain = fit_by(Clock{});
     // About a release, or where a hand comes in, no one motion fits both sides.
-    if (!plain || plain->residual_px > kFitsWell * range_px) {
+    if (!plain || plain->residual > kFitsWell * range_px) {
       plain = better(std::move(plain), fit_by(Clock{}, Side::Before));
       plain = better(std::move(plain), fit_by(Clock{}, Side::After));
     }
     constexpr Clock kCounted{Count::NoRepeat};
     const std::optional<LocalFit> counted = fit_by(kCounted);
-    const bool by_count =
-        counted && (!plain || counted->residual_px < kMuchBetter * plain->residual_px);
+    const bool by_count = counted && (!plain || counted->residual < kMuchBetter * plain->residual);
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, path.at(frame), path.at(origin), origin_time)) return true;
-    return fit->residual_px > kFitsWell * range_px &&
-           is_put_in_between(
-               path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual_px));
+    if (should_have_moved(*fit, evidence(frame), path.at(frame), path.at(origin), origin_time))
+      return true;
+    return fit->residual > kFitsWell * range_px &&
+           is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
-  /// should be.
-  static bool should_have_moved(const LocalFit& fit,
-                                double here_px,
-                                double origin_px,
-                                double origin_time) {
+  /// should be: the odds of its place and the coder's multiply.
+  static bool should_have_moved(
+      const LocalFit& fit, double evidence, double here_px, double origin_px, double origin_time) {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
-    return std::abs(here_px - origin_px) < kStands * std::abs(now.at_px - origin_px) &&
-           std::abs(now.at_px - here_px) > kAway * now.error_px &&
-           std::abs(then.at_px - origin_px) < kNear * then.error_px;
+    const double off = (now.at - here_px) / now.error;
+    const double moved = (here_px - origin_px) / (kSamePlace * now.error);
+    return std::abs(here_px - origin_px) < kStands * std::abs(now.at - origin_px) &&
+           off * off - moved * moved + 2.0 * evidence > kAway * kAway &&
+           std::abs(then.at - origin_px) < kNear * then.error;
   }
 
   /// Whether a motion fits to better than `residual_px` once the frame is taken out of time, with
@@ -346,22 +329,26 @@ class RepeatFinder {
       if (recurs(frame, period)) clocks.push_back({Count::All, period});
     }
     return std::any_of(clocks.begin(), clocks.end(), [&](const Clock& clock) {
-      const auto fit = best_fit(samples(path, frame, Witness::Different, clock));
-      return fit && fit->residual_px < residual_px;
+      const auto fit = best_fit(samples(path, frame, Witness::Different, clock), path.floor);
+      return fit && fit->residual < residual_px;
     });
   }
 
   const std::vector<Likeness>& m_likeness;
   std::vector<bool> m_repeats;
-  std::vector<int> m_run;  // length of the run of frames that may be repeats
+  std::vector<int> m_run;          // length of the run of frames that may be repeats
+  std::vector<double> m_evidence;  // of the coder; as a logarithm of odds
   std::vector<Path> m_paths;
+  Path m_light;
 };
 
 }  // namespace
 
 std::vector<bool> find_repeats(const std::vector<MarkerTrack>& tracks,
-                               const std::vector<Likeness>& likeness) {
-  return RepeatFinder(tracks, likeness).find();
+                               const std::vector<Likeness>& likeness,
+                               const std::vector<double>& light,
+                               const std::vector<double>& evidence) {
+  return RepeatFinder(tracks, likeness, light, evidence).find();
 }
 
 }  // namespace twang::detail

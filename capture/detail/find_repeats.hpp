@@ -23,7 +23,12 @@ namespace twang::detail {
 ///
 /// Where nothing moves by a few standard errors, nothing is called a repeat.
 /// @param likeness  one a frame
+/// @param light     mean of each picture [grey levels]: a lamp's ripple tells the time as a marker
+///                  does; empty if not known
+/// @param evidence  see `repeat_evidence`; empty if not known
 [[nodiscard]] std::vector<bool> find_repeats(const std::vector<MarkerTrack>& tracks,
-                                             const std::vector<Likeness>& likeness);
+                                             const std::vector<Likeness>& likeness,
+                                             const std::vector<double>& light = {},
+                                             const std::vector<double>& evidence = {});
 
 }  // namespace twang::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/find_repeats.hpp"
 
+#include "capture/detail/coded_size.hpp"
 #include "core/constants.hpp"
 
 #include <gtest/gtest.h>
@@ -166,6 +167,69 @@ TEST(FindRepeats, LostMarkersSayNothing) {
     for (std::size_t n = 45; n < 55; ++n) track.position_px[n].setConstant(kNaN);
   }
   EXPECT_EQ(num_found(filmed), 0);
+}
+
+TEST(FindRepeats, RippleOfTheLightTellsARepeatWhereNothingMoves) {
+  // 100 Hz at 240 frames a second: twelve frames are five periods, two steps of twelve are null.
+  Filmed filmed = film([](int) { return 0.0; }, as_filmed);
+  for (const int repeat : {40, 90, 125}) {
+    std::vector<double> light;
+    for (int n = 0; n < kFrames; ++n) {
+      const int shown = n == repeat ? n - 1 : n;
+      light.push_back(150.0 + 12.0 * std::sin(kTwoPi * 100.0 / 240.0 * shown + 0.9));
+    }
+    // Nothing moves: all pictures are alike.
+    const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness, light);
+    EXPECT_TRUE(found[static_cast<std::size_t>(repeat)]) << repeat;
+    EXPECT_EQ(std::count(found.begin(), found.end(), true), 1) << repeat;
+  }
+}
+
+TEST(FindRepeats, FramesAlikeInARhythmAreNoCadenceWhereMarkersMove) {
+  // Six frames a period: of three steps one is twice as large as the two others.
+  const auto path = [](int n) { return 0.42 * std::cos(kTwoPi / 6.0 * n); };
+  Filmed filmed = film(path, as_filmed);
+  for (std::size_t n = 1; n < filmed.likeness.size(); ++n) {
+    filmed.likeness[n] = n % 3 == 2 ? Likeness::Different : Likeness::Alike;
+  }
+  EXPECT_EQ(num_found(filmed), 0);
+}
+
+TEST(FindRepeats, CodersWordTipsTheScalesButNotAlone) {
+  // A step of a few errors of the tracking is missing.
+  const auto path = [](int n) { return 0.35 * std::sin(kTwoPi / 20.0 * n); };
+  const Filmed filmed = film(path, [](int n) { return n == 100 ? 99 : n; });
+  const auto found_with = [&](double odds) {
+    return detail::find_repeats(
+        filmed.tracks, filmed.likeness, {}, std::vector<double>(kFrames, odds));
+  };
+  EXPECT_TRUE(found_with(5.0)[100]);
+  const std::vector<bool> against = found_with(-3.0);
+  EXPECT_EQ(std::count(against.begin(), against.end(), true), 0);
+  const Filmed still = film([](int) { return 0.0; }, as_filmed);
+  const auto in_still =
+      detail::find_repeats(still.tracks, still.likeness, {}, std::vector<double>(kFrames, 5.0));
+  EXPECT_EQ(std::count(in_still.begin(), in_still.end(), true), 0);
+}
+
+TEST(RepeatEvidence, ComesFromOneOfTwoCostingNextToNothing) {
+  std::vector<detail::CodedPicture> coded;
+  for (int n = 0; n < 60; ++n) coded.push_back({1000 + 10 * (n % 7), 'P'});
+  coded[30].bytes = 60;
+  const std::vector<double> evidence = detail::repeat_evidence(coded);
+  EXPECT_GT(evidence[30], 3.0);
+  EXPECT_GT(evidence[31], 3.0);  // which of two, and of which two, is not said
+  EXPECT_LT(evidence[20], 0.0);
+}
+
+TEST(RepeatEvidence, IsNoneWhereTypesDifferOrCostsAreUnknown) {
+  std::vector<detail::CodedPicture> coded;
+  for (int n = 0; n < 60; ++n) {
+    coded.push_back(n % 4 == 0 ? detail::CodedPicture{4000, 'P'} : detail::CodedPicture{300, 'B'});
+  }
+  for (const double odds : detail::repeat_evidence(coded)) EXPECT_LE(odds, 0.0);
+  const std::vector<detail::CodedPicture> unknown(60);
+  for (const double odds : detail::repeat_evidence(unknown)) EXPECT_EQ(odds, 0.0);
 }
 
 }  // namespace

@@ -62,6 +62,9 @@ TEST_P(LosslessFilm, ReturnsEveryGreyLevelAndStamp) {
     EXPECT_EQ(pixels_of(*frame), noise_image(64, 48, 1, static_cast<unsigned>(n)).pixels) << n;
     // Stamps are whole ticks.
     EXPECT_NEAR(frame->stamp_s, n / 240.0, 0.5001 * reader.info().tick_s) << n;
+    // Noise cannot be coded in fewer bytes than its entropy, over six bits a pixel.
+    EXPECT_GT(frame->coded_bytes, 64 * 48 * 6 / 8) << n;
+    EXPECT_NE(std::string("IPB").find(frame->coded_as), std::string::npos) << n;
   }
   EXPECT_FALSE(reader.read());
   EXPECT_FALSE(reader.read());  // and stays at the end

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+namespace twang::detail {
+
+/// What a picture took to code.
+struct CodedPicture {
+  long bytes = 0;  ///< 0 if unknown
+  char as = '?';   ///< see LumaFrame::coded_as
+};
+
+/// What the coder says on each picture being a repeat of the one before, as a logarithm of odds;
+/// 0 where it says nothing.
+///
+/// Of two pictures that are the same one costs next to nothing, which one is the coder's choice,
+/// and the other as much as a picture does, or more where it stands for both; of two that are not
+/// both cost what pictures of their type do around them. The sign of the difference is free, so is
+/// its size from film to film: a strong compression leaves little to save. It is evidence beside
+/// what moves, no more.
+[[nodiscard]] std::vector<double> repeat_evidence(const std::vector<CodedPicture>& pictures);
+
+}  // namespace twang::detail
