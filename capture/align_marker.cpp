@@ -169,13 +169,14 @@ bool Alignment::sample_model() {
   const double blur_px = std::sqrt(m_marker.blur_px() * m_marker.blur_px() + kPixelVariance_px2);
   const double spacing_px = std::max(1.0, kPathSpacing * blur_px);
   m_workspace.reserve(m_window.width * m_window.height);
-  m_kernels.sample(m_window,
-                   m_marker.cells(),
-                   {static_cast<float>(path.x()),
-                    static_cast<float>(path.y()),
-                    1 + static_cast<int>(std::ceil(placement.motion_px.norm() / spacing_px)),
-                    m_layout.motion >= 0},
-                   m_workspace.samples());
+  m_kernels.sample(
+      m_window,
+      m_marker.cells(),
+      {static_cast<float>(path.x()),
+       static_cast<float>(path.y()),
+       1 + 2 * static_cast<int>(std::ceil(0.5 * placement.motion_px.norm() / spacing_px)),
+       m_layout.motion >= 0},
+      m_workspace.samples());
   double total_weight = 0.0;
   for (int i = 0; i < m_workspace.samples().room; ++i) {
     const double root = static_cast<double>(m_workspace.samples().weight[i]);

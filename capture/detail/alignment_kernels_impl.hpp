@@ -87,6 +87,10 @@ void sample(const AlignmentWindow& window,
       }
       Four sum = {0.0F, 0.0F, 0.0F, 0.0F};
       for (int k = 0; k < path.samples; ++k) {
+        if (2 * k + 1 == path.samples) {
+          sum += middle;
+          continue;
+        }
         const float s = (static_cast<float>(k) + 0.5F) * per_sample - 0.5F;
         sum += expand(table, u + s * path.u, v + s * path.v);
       }
