@@ -139,7 +139,9 @@ struct VideoWriter::Impl {
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
     codec->thread_count = 0;
-    if (options.quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));
+    // Without loss, effort buys nothing but size.
+    const bool quick = options.quick || options.crf == 0;
+    if (quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));
     if (container->oformat->flags & AVFMT_GLOBALHEADER) {
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
