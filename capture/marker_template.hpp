@@ -69,7 +69,7 @@ class MarkerTemplate {
   int m_side = 0;                   // samples along it, odd
   std::vector<float> m_sharp;       // averaged over a pixel, not blurred
   std::vector<std::array<float, detail::kCellFloats>> m_cells;  // at every other sample
-  bool m_cut_out = false;           // of a picture
+  bool m_cut_out = false;                                       // of a picture
 };
 
 }  // namespace twang

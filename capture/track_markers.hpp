@@ -67,8 +67,8 @@ struct TrackResult {
   double plane_residual_mm = 0.0;        ///< plane_residual_px in the plane [mm]
   double scale_sigma_rel = kNaN;  ///< one sigma of the scale, common to all samples and in none of
                                   ///< their sigmas; nan where nothing tells, see `PlaneMap` [-]
-  std::vector<double> size_px;     ///< of each marker in the first frame [px]
-  std::vector<bool> doubled;       ///< one a frame: repeats the one before
+  std::vector<double> size_px;    ///< of each marker in the first frame [px]
+  std::vector<bool> doubled;      ///< one a frame: repeats the one before
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.

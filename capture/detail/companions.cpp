@@ -16,7 +16,7 @@ constexpr double kLeastMotion_px =
 constexpr double kSigmaShare = 0.06;
 constexpr double kLeastSigma_px = 0.1;
 constexpr int kLeastMajority = 2;  // one against one tells nothing
-constexpr double kBeside = 4.0;  // sigmas from which a place contradicts a companion
+constexpr double kBeside = 4.0;    // sigmas from which a place contradicts a companion
 
 }  // namespace
 

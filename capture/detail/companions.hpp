@@ -29,8 +29,8 @@ class Companions {
   /// nothing if none does.
   [[nodiscard]] std::optional<Forecast> predict(std::size_t marker,
                                                 const std::vector<Eigen::Vector2d>& moved_px) const;
-  /// Whether of the others that could tell to `sure_px` a majority of two or more say that the marker
-  /// is elsewhere: off by more than four sigmas and `slack_px`.
+  /// Whether of the others that could tell to `sure_px` a majority of two or more say that the
+  /// marker is elsewhere: off by more than four sigmas and `slack_px`.
   [[nodiscard]] bool contradict(std::size_t marker,
                                 const std::vector<Eigen::Vector2d>& moved_px,
                                 double slack_px,

@@ -152,7 +152,8 @@ void SheetCanvas::label(const Eigen::Vector2d& at,
   const cv::Point origin(static_cast<int>(std::lround(kFiner * at.x())),
                          static_cast<int>(std::lround(kFiner * at.y())));
   const int stroke = font_stroke(height);
-  for (const auto& [ink, width] : {std::pair{SheetColour{}, stroke + (height > 6.0 ? 4 : 3)}, {colour, stroke}}) {
+  for (const auto& [ink, width] :
+       {std::pair{SheetColour{}, stroke + (height > 6.0 ? 4 : 3)}, {colour, stroke}}) {
     cv::putText(m_impl->drawn,
                 ascii(words),
                 origin,

@@ -137,16 +137,18 @@ TEST_P(MarkerAccuracy, OfABadFilmIsATenthOfAPixelAndKnown) {
   EXPECT_LE(accuracy.in_sigmas, 2.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    EachKind,
-    MarkerAccuracy,
-    ::testing::Values(MarkerKind::Cross, MarkerKind::Dot, MarkerKind::Ring, MarkerKind::Checker,
+INSTANTIATE_TEST_SUITE_P(EachKind,
+                         MarkerAccuracy,
+                         ::testing::Values(MarkerKind::Cross,
+                                           MarkerKind::Dot,
+                                           MarkerKind::Ring,
+                                           MarkerKind::Checker,
                                            MarkerKind::ArUco,
                                            MarkerKind::AprilTag,
                                            MarkerKind::Patch),
-    [](const ::testing::TestParamInfo<MarkerKind>& kind) {
-      return std::string(to_string(kind.param));
-    });
+                         [](const ::testing::TestParamInfo<MarkerKind>& kind) {
+                           return std::string(to_string(kind.param));
+                         });
 
 }  // namespace
 }  // namespace twang::test
