@@ -158,6 +158,7 @@ struct VideoWriter::Impl {
     const std::string url = "file:" + file.temporary_path().string();
     check(avformat_alloc_output_context2(&raw, nullptr, format, url.c_str()));
     container.reset(raw);
+    raw->flags |= AVFMT_FLAG_BITEXACT;  // the same pictures make the same file
     open_encoder(options);
     stream = avformat_new_stream(raw, nullptr);
     check(stream ? 0 : AVERROR(ENOMEM));

@@ -32,7 +32,8 @@ constexpr double kAlive = 0.1;   // usual share of unequal pixels from which noi
 constexpr double kClear = 0.4;     // usual share from which a picture without it is a repeat
 constexpr double kMissing = 0.25;  // of the usual share; repeats hardly ever reach a tenth of it
 constexpr double kPresent = 0.5;   // of the usual share; other frames hardly ever stay below 0.6
-constexpr double kSome = 0.1;      // of the frames, that may lie between the two
+constexpr std::size_t kLongestRun = 4;  // of frames without the noise that all are repeats
+constexpr double kSome = 0.1;           // of the frames, that may lie between the two
 
 using Shares = std::array<int, kShares + 1>;  // blocks by their share of unequal pixels
 
@@ -143,6 +144,21 @@ std::vector<Likeness> DoubledFrames::decide() const {
     if (noise.usual >= kAlive && change.unequal > kPresent * noise.usual) continue;
     const bool missing = noise.steady && change.unequal < kMissing * noise.usual;
     likeness[n] = missing ? Likeness::Same : Likeness::Alike;
+  }
+  // A film that freezes repeats itself to the last pixel; a coder that drops the noise for a while
+  // does not.
+  for (std::size_t begin = 0; begin < likeness.size();) {
+    std::size_t end = begin;
+    float unequal = 0.0F;
+    while (end < likeness.size() && likeness[end] == Likeness::Same) {
+      unequal = std::max(unequal, m_changes[end++].unequal);
+    }
+    if (end - begin > kLongestRun && unequal > 0.0F) {
+      std::fill(likeness.begin() + static_cast<std::ptrdiff_t>(begin),
+                likeness.begin() + static_cast<std::ptrdiff_t>(end),
+                Likeness::Alike);
+    }
+    begin = end + 1;
   }
   return likeness;
 }

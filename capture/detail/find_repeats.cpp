@@ -24,7 +24,7 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
-constexpr double kSpeaks = 0.5;      // odds of the coder from which it does, as a logarithm
+constexpr double kSpeaks = 1.0;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kNear = 4.0;        // standard errors within which a sample is where it should be
 constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
@@ -202,9 +202,9 @@ class RepeatFinder {
   [[nodiscard]] bool stands_still(std::size_t frame) const {
     std::size_t origin = frame - 1;  // the picture that would be repeated
     while (origin > 0 && m_repeats[origin]) --origin;
-    if (m_run[frame] <= kMaxRun && mostly_different(frame)) {
+    if (m_run[frame] <= kMaxRun) {
       const Path* path = liveliest(frame, origin, Witness::Different);
-      if (path && stands_still(*path, frame, origin)) return true;
+      if (path && mostly_different(frame) && stands_still(*path, frame, origin)) return true;
     } else if (frame + 1 < m_likeness.size() && m_likeness[frame + 1] == Likeness::Different) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && begins_late(*path, frame, origin)) return true;
@@ -243,6 +243,7 @@ class RepeatFinder {
 
   /// Where a motion begins after a long standstill: told by what follows.
   [[nodiscard]] bool begins_late(const Path& path, std::size_t frame, std::size_t origin) const {
+    if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit =
         best_fit(samples(path, frame, Witness::Different, Clock{}, Side::After), path.floor);
     return fit && fit->residual < kSideFits * range(path, frame, Witness::Different) &&

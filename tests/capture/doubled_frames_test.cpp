@@ -100,6 +100,38 @@ TEST_P(DoubledFrames, NoiseTellsARepeatFromAStillPicture) {
   }
 }
 
+TEST_P(DoubledFrames, NoiseThatACoderKeepsNowAndThenTellsNothing) {
+  // Of each picture it takes over a part of the last one, here more, there less.
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  Picture last = ramp(GetParam(), GetParam() / 2, 3, 1.0, random);
+  const std::vector<Likeness> likeness = likeness_of(60, [&](int) {
+    const Picture fresh = ramp(GetParam(), GetParam() / 2, 3, 1.0, random);
+    const double part = std::pow(any(random), 2.0);
+    for (std::size_t i = 0; i < fresh.pixels.size(); ++i) {
+      if (any(random) < part) last.pixels[i] = fresh.pixels[i];
+    }
+    return last;
+  });
+  EXPECT_EQ(std::count(likeness.begin(), likeness.end(), Likeness::Same), 0);
+}
+
+TEST_P(DoubledFrames, StretchWithoutNoiseIsNoRowOfRepeats) {
+  // A coder takes nearly all of the noise away until its next key frame brings it back.
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  Picture last;
+  const std::vector<Likeness> likeness = likeness_of(90, [&](int n) {
+    const Picture fresh = ramp(GetParam(), GetParam() / 2, 3, 1.0, random);
+    if (n <= 30 || n >= 60) return last = fresh;
+    for (std::size_t i = 0; i < fresh.pixels.size(); ++i) {
+      if (any(random) < 0.05) last.pixels[i] = fresh.pixels[i];
+    }
+    return last;
+  });
+  for (std::size_t n = 31; n < 60; ++n) EXPECT_NE(likeness[n], Likeness::Same) << n;
+}
+
 TEST_P(DoubledFrames, FramesShownThriceAreTold) {
   std::mt19937 random(6);
   Picture last;

@@ -195,6 +195,37 @@ TEST(FindRepeats, FramesAlikeInARhythmAreNoCadenceWhereMarkersMove) {
   EXPECT_EQ(num_found(filmed), 0);
 }
 
+TEST(FindRepeats, FourFramesAPeriodAreNoCadence) {
+  // A little less than four: for half a second every other frame is like the one before.
+  for (const double frequency_hz : {58.6, 59.0, 59.5}) {
+    const Filmed filmed = film(vibration(frequency_hz, 20, 0.25 * kPi), as_filmed);
+    EXPECT_GE(num_alike(filmed), 20) << frequency_hz;
+    EXPECT_EQ(num_found(filmed), 0) << frequency_hz;
+  }
+}
+
+TEST(FindRepeats, RepeatOfTheLastHeldFrameIsFound) {
+  const auto shown = [](int n) { return n == 31 ? 30 : n; };
+  const Filmed filmed = film(vibration(40.0, 30), shown);
+  const std::vector<bool> found = detail::find_repeats(filmed.tracks, filmed.likeness);
+  EXPECT_TRUE(found[31]);
+  EXPECT_EQ(std::count(found.begin(), found.end(), true), 1);
+}
+
+TEST(FindRepeats, WhatACoderLeftStandingByLittleIsNone) {
+  // Where the path creeps the coder keeps what was there: a fifth of a pixel is missing.
+  const auto path = [](int n) { return 0.9 * std::sin(kTwoPi / 20.0 * n); };
+  Filmed filmed = film(path, as_filmed);
+  MarkerTrack& moving = filmed.tracks.back();
+  constexpr std::size_t kLeft = 104;  // near a turning point
+  const double step = std::abs(path(104) - path(103));
+  ASSERT_GT(step, 5.0 * kNoise_px);
+  ASSERT_LT(step, 0.3);
+  moving.position_px[kLeft] = moving.position_px[kLeft - 1];
+  filmed.likeness[kLeft] = Likeness::Alike;
+  EXPECT_EQ(num_found(filmed), 0);
+}
+
 TEST(FindRepeats, CodersWordTipsTheScalesButNotAlone) {
   // A step of a few errors of the tracking is missing.
   const auto path = [](int n) { return 0.35 * std::sin(kTwoPi / 20.0 * n); };
