@@ -2,6 +2,7 @@
 // The inner loops of the alignment, in a namespace of their own for each instruction set. No other
 // header's inline functions are used here: compiled for one machine they could end up on another.
 #include "capture/detail/alignment_kernels.hpp"
+#include "capture/detail/template_lookup_impl.hpp"
 
 #ifndef TWANG_KERNEL_NAMESPACE
 #error "TWANG_KERNEL_NAMESPACE must be defined by the file that includes this"
@@ -11,32 +12,13 @@ namespace twang::detail::TWANG_KERNEL_NAMESPACE {
 namespace {
 
 constexpr int kBlock = kAlignmentBlock;
-typedef float Four __attribute__((vector_size(16)));
 
 inline float bounded(float value, float low, float high) {
   return value < low ? low : value > high ? high : value;
 }
 
-/// Value and slopes, these by the cell's index, of the second-order expansion about the nearest
-/// cell.
-inline Four expand(const TemplateCells& table, float u, float v, float* even = nullptr) {
-  const auto last = static_cast<float>(table.side - 1);
-  const float column = bounded((u + table.middle) * table.per_unit, 0.0F, last);
-  const float row = bounded((v + table.middle) * table.per_unit, 0.0F, last);
-  const int i = static_cast<int>(column + 0.5F);
-  const int j = static_cast<int>(row + 0.5F);
-  const float* f = table.cells + kCellFloats * (static_cast<std::ptrdiff_t>(j) * table.side + i);
-  const float x = column - static_cast<float>(i);
-  const float y = row - static_cast<float>(j);
-  if (even != nullptr) *even = f[6];
-  const float du = f[1] + f[4] * x + f[3] * y;
-  const float dv = f[2] + f[3] * x + f[5] * y;
-  return Four{f[0] + 0.5F * ((f[1] + du) * x + (f[2] + dv) * y), du, dv, 0.0F};
-}
-
-/// Coordinates and weights of one row; returns the first and one past the last pixel with weight.
-inline void place_row(
-    const AlignmentWindow& window, int row, const ModelSamples& samples, int& first, int& last) {
+/// Coordinates and weights of one row.
+inline void place_row(const AlignmentWindow& window, int row, const ModelSamples& samples) {
   const int start = row * window.width;
   const float y = window.first_y + static_cast<float>(row);
   const float* a = window.pattern_from_px;
@@ -57,63 +39,18 @@ inline void place_row(
     const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p1 > q1 ? p1 : q1);
     weight[i] = __builtin_sqrtf(bounded((window.reach - distance) * window.per_taper, 0.0F, 1.0F));
   }
-  first = 0;
-  last = window.width;
-  while (first < last && weight[first] == 0.0F) ++first;
-  while (last > first && weight[last - 1] == 0.0F) --last;
 }
 
 void sample(const AlignmentWindow& window,
             const TemplateCells& table,
             const MotionPath& path,
             const ModelSamples& samples) {
-  const float per_sample = 1.0F / static_cast<float>(path.samples);
-  const float half_path =
-      0.5F * table.per_unit * __builtin_sqrtf(path.u * path.u + path.v * path.v) + 1.0F;
-  for (int row = 0; row < window.height; ++row) {
-    int first = 0;
-    int last = 0;
-    place_row(window, row, samples, first, last);
-    const int start = row * window.width;
-    for (int i = start + first; i < start + last; ++i) {
-      const float u = samples.u[i];
-      const float v = samples.v[i];
-      float even = 0.0F;
-      const Four middle = expand(table, u, v, &even);
-      if (even > half_path) {
-        samples.value[i] = samples.ends[i] = middle[0];
-        samples.du[i] = samples.dv[i] = 0.0F;
-        continue;
-      }
-      Four sum = {0.0F, 0.0F, 0.0F, 0.0F};
-      for (int k = 0; k < path.samples; ++k) {
-        if (2 * k + 1 == path.samples) {
-          sum += middle;
-          continue;
-        }
-        const float s = (static_cast<float>(k) + 0.5F) * per_sample - 0.5F;
-        sum += expand(table, u + s * path.u, v + s * path.v);
-      }
-      samples.value[i] = per_sample * sum[0];
-      samples.du[i] = per_sample * table.per_unit * sum[1];
-      samples.dv[i] = per_sample * table.per_unit * sum[2];
-      if (path.ends) {
-        samples.ends[i] = 0.5F * (expand(table, u + 0.5F * path.u, v + 0.5F * path.v)[0] +
-                                  expand(table, u - 0.5F * path.u, v - 0.5F * path.v)[0]);
-      }
-    }
-    for (int i = 0; i < window.width; ++i) {
-      if (i >= first && i < last) continue;
-      samples.value[start + i] = 1.0F;
-      samples.du[start + i] = samples.dv[start + i] = 0.0F;
-      samples.ends[start + i] = 1.0F;
-    }
-  }
+  for (int row = 0; row < window.height; ++row) place_row(window, row, samples);
   for (int i = window.width * window.height; i < samples.room; ++i) {
     samples.weight[i] = samples.grey[i] = samples.x[i] = samples.y[i] = 0.0F;
-    samples.u[i] = samples.v[i] = samples.value[i] = samples.ends[i] = 0.0F;
-    samples.du[i] = samples.dv[i] = 0.0F;
+    samples.u[i] = samples.v[i] = 0.0F;
   }
+  for (int i = 0; i < samples.room; i += kLanes) sample_lanes(table, path, samples, i);
 }
 
 /// Columns of the Jacobian and, last, the residual, of one block of pixels; not weighted.
@@ -226,8 +163,11 @@ void residuals(const AlignmentWindow& window,
 }  // namespace
 
 TemplateSample look_up_one(const TemplateCells& table, float u, float v) {
-  const Four sample = expand(table, u, v);
-  return {sample[0], table.per_unit * sample[1], table.per_unit * sample[2]};
+  const Lanes zero = {};
+  const SampledLanes sample = expand(table,
+                                     zero + (u + table.middle) * table.per_unit,
+                                     zero + (v + table.middle) * table.per_unit);
+  return {sample.value[0], table.per_unit * sample.du[0], table.per_unit * sample.dv[0]};
 }
 
 const AlignmentKernels& kernels() {
