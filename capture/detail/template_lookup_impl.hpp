@@ -51,6 +51,14 @@ inline Lanes join_first(Lanes a, Lanes b) { return __builtin_shufflevector(a, b,
 inline Lanes join_last(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
 #endif
 
+/// Where the numbers of a cell stand in the table.
+inline IntLanes offset_of(const TemplateCells& table, IntLanes column, IntLanes row) {
+  constexpr int kWithin = kCellPhases - 1;
+  const IntLanes square = ((row & kWithin) << kCellPhaseBits) + (column & kWithin);
+  const IntLanes line = square * table.part + (row >> kCellPhaseBits);
+  return kCellFloats * (line * table.part + (column >> kCellPhaseBits));
+}
+
 /// Four numbers of one lane's cell; of eight lanes, those of the lane four on behind them.
 inline Lanes four_numbers(const float* cells, const IntLanes& offset, int lane) {
   const Four near = *reinterpret_cast<const Four*>(cells + offset[lane]);
@@ -79,7 +87,7 @@ inline SampledLanes expand(const TemplateCells& table,
   row = bounded(row, zero, last);
   const IntLanes i = __builtin_convertvector(column + 0.5F, IntLanes);
   const IntLanes j = __builtin_convertvector(row + 0.5F, IntLanes);
-  const IntLanes offset = kCellFloats * (j * table.side + i);
+  const IntLanes offset = offset_of(table, i, j);
   const Lanes x = column - __builtin_convertvector(i, Lanes);
   const Lanes y = row - __builtin_convertvector(j, Lanes);
 
