@@ -17,6 +17,26 @@ constexpr float kEven = 1e-5F;
 // Beyond the marker, what is left of the blur is less than a rounding error [standard deviations].
 constexpr double kNothingLeft = 5.0;
 
+/// The samples but for so many along each edge, blurred.
+cv::Mat blurred(const SharpMarker& sharp, double blur_px, int edge) {
+  // OpenCV's header takes what it only reads as writable.
+  auto* first = const_cast<float*>(sharp.samples().data());
+  const cv::Mat whole(sharp.side(), sharp.side(), CV_32F, first);
+  const int side = sharp.side() - 2 * edge;
+  if (!(blur_px > 0.0)) return whole(cv::Rect(edge, edge, side, side));
+  const double sigma = blur_px / sharp.size_px() * sharp.samples_per_unit();
+  const int half = sharp.is_mirrored() ? side / 2 : 0;
+  cv::Mat values;
+  cv::GaussianBlur(whole(cv::Rect(edge, edge, side - half, side - half)),
+                   values,
+                   {0, 0},
+                   sigma,
+                   sigma,
+                   cv::BORDER_REPLICATE);
+  if (half > 0) cv::copyMakeBorder(values, values, 0, half, 0, half, cv::BORDER_REFLECT_101);
+  return values;
+}
+
 }  // namespace
 
 MarkerTemplate::MarkerTemplate(const MarkerPattern& pattern, double size_px, double blur_px)
@@ -33,17 +53,7 @@ MarkerTemplate::MarkerTemplate(const SharpMarker& sharp, double blur_px)
   const double reach = 0.5 + (1.0 + kNothingLeft * blur_px) / m_size_px;
   const int spare = static_cast<int>((sharp.half_width() - reach) * m_cells_per_unit) - 1;
   const int first = m_cut_out ? 0 : kSamplesPerCell * std::max(0, spare);
-  // OpenCV's header takes what it only reads as writable.
-  const cv::Mat whole(
-      sharp.side(), sharp.side(), CV_32F, const_cast<float*>(sharp.samples().data()));
-  cv::Mat values =
-      whole(cv::Rect(first, first, sharp.side() - 2 * first, sharp.side() - 2 * first));
-  if (blur_px > 0.0) {
-    const double sigma = blur_px / m_size_px * sharp.samples_per_unit();
-    cv::Mat blurred;
-    cv::GaussianBlur(values, blurred, {0, 0}, sigma, sigma, cv::BORDER_REPLICATE);
-    values = blurred;
-  }
+  const cv::Mat values = blurred(sharp, blur_px, first);
   m_side = (values.rows - 1) / kSamplesPerCell + 1;
   make_cells(values.ptr<float>(), static_cast<std::ptrdiff_t>(values.step1()));
 }

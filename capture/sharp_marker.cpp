@@ -20,12 +20,6 @@ constexpr double kWidestBlur_px = 4.0;
 constexpr double kReachInSigmas = 3.5;
 constexpr double kCutOutSmoothing_px = 0.7;
 
-/// Whether a pattern is the same seen in a mirror, upright or lying.
-bool is_mirrored(const MarkerPattern& pattern) {
-  return pattern.kind() == MarkerKind::Cross || pattern.kind() == MarkerKind::Dot ||
-         pattern.kind() == MarkerKind::Ring;
-}
-
 }  // namespace
 
 SharpMarker::SharpMarker(const MarkerPattern& pattern,
@@ -48,11 +42,16 @@ SharpMarker::SharpMarker(const MarkerPattern& pattern, double size_px, double wi
   draw();
 }
 
+bool SharpMarker::is_mirrored() const {
+  return m_pattern.kind() == MarkerKind::Cross || m_pattern.kind() == MarkerKind::Dot ||
+         m_pattern.kind() == MarkerKind::Ring;
+}
+
 /// The pattern averaged over a pixel at every sample that is not surely paper.
 void SharpMarker::draw() {
   const double reach = m_pattern.kind() == MarkerKind::Patch ? half_width() : 0.5 + 0.5 / m_size_px;
   const int first = std::max(0, static_cast<int>((half_width() - reach) * m_samples_per_unit));
-  const bool mirrored = is_mirrored(m_pattern);
+  const bool mirrored = is_mirrored();
   const int last = mirrored ? m_side / 2 : m_side - 1 - first;
   const auto at = [&](int row, int column) -> float& {
     return m_samples[static_cast<std::size_t>(row * m_side + column)];

@@ -28,6 +28,8 @@ class SharpMarker {
   [[nodiscard]] const MarkerPattern& pattern() const { return m_pattern; }
   [[nodiscard]] double size_px() const { return m_size_px; }
   [[nodiscard]] bool is_cut_out() const { return m_cut_out; }
+  /// Whether its left and right and its upper and lower halves are each other's mirror images.
+  [[nodiscard]] bool is_mirrored() const;
   /// Widest blur that the square leaves room for [px].
   [[nodiscard]] double widest_blur_px() const { return m_widest_blur_px; }
   /// Samples along the square, odd.
