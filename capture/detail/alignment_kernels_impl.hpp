@@ -13,43 +13,55 @@ namespace {
 
 constexpr int kBlock = kAlignmentBlock;
 
-inline float bounded(float value, float low, float high) {
-  return value < low ? low : value > high ? high : value;
+/// Brightness and place of each pixel. Those beyond the window's own lie in its first corner.
+inline void take_pixels(const AlignmentWindow& window, const ModelSamples& samples) {
+  for (int row = 0; row < window.height; ++row) {
+    __builtin_prefetch(window.pixels + row * window.stride);
+    __builtin_prefetch(window.pixels + row * window.stride + window.width - 1);
+  }
+  for (int row = 0; row < window.height; ++row) {
+    const int start = row * window.width;
+    const std::uint8_t* pixels = window.pixels + row * window.stride;
+    const float y = window.first_y + static_cast<float>(row);
+#pragma omp simd
+    for (int i = 0; i < window.width; ++i) {
+      samples.grey[start + i] = static_cast<float>(pixels[i]);
+      samples.x[start + i] = window.first_x + static_cast<float>(i);
+      samples.y[start + i] = y;
+    }
+  }
+  for (int i = window.width * window.height; i < samples.room; ++i) {
+    samples.grey[i] = 0.0F;
+    samples.x[i] = window.first_x;
+    samples.y[i] = window.first_y;
+  }
 }
 
-/// Coordinates and weights of one row.
-inline void place_row(const AlignmentWindow& window, int row, const ModelSamples& samples) {
-  const int start = row * window.width;
-  const float y = window.first_y + static_cast<float>(row);
+/// Where on the pattern each pixel lies, and its weight.
+inline void place_pixels(const AlignmentWindow& window, const ModelSamples& samples) {
   const float* a = window.pattern_from_px;
   const float* b = window.window_from_px;
-  const std::uint8_t* pixels = window.pixels + row * window.stride;
-  float* weight = samples.weight + start;
-  for (int i = 0; i < window.width; ++i) {
-    const float x = window.first_x + static_cast<float>(i);
-    samples.grey[start + i] = static_cast<float>(pixels[i]);
-    samples.x[start + i] = x;
-    samples.y[start + i] = y;
-    samples.u[start + i] = a[0] * x + a[1] * y;
-    samples.v[start + i] = a[2] * x + a[3] * y;
-    const float p = b[0] * x + b[1] * y;
-    const float q = b[2] * x + b[3] * y;
-    const float p1 = p < 0.0F ? -p : p;
-    const float q1 = q < 0.0F ? -q : q;
-    const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p1 > q1 ? p1 : q1);
-    weight[i] = __builtin_sqrtf(bounded((window.reach - distance) * window.per_taper, 0.0F, 1.0F));
+#pragma omp simd
+  for (int i = 0; i < samples.room; ++i) {
+    const float x = samples.x[i];
+    const float y = samples.y[i];
+    samples.u[i] = a[0] * x + a[1] * y;
+    samples.v[i] = a[2] * x + a[3] * y;
+    const float p = __builtin_fabsf(b[0] * x + b[1] * y);
+    const float q = __builtin_fabsf(b[2] * x + b[3] * y);
+    const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p > q ? p : q);
+    const float within = (window.reach - distance) * window.per_taper;
+    samples.weight[i] = __builtin_sqrtf(within < 0.0F ? 0.0F : within > 1.0F ? 1.0F : within);
   }
+  for (int i = window.width * window.height; i < samples.room; ++i) samples.weight[i] = 0.0F;
 }
 
 void sample(const AlignmentWindow& window,
             const TemplateCells& table,
             const MotionPath& path,
             const ModelSamples& samples) {
-  for (int row = 0; row < window.height; ++row) place_row(window, row, samples);
-  for (int i = window.width * window.height; i < samples.room; ++i) {
-    samples.weight[i] = samples.grey[i] = samples.x[i] = samples.y[i] = 0.0F;
-    samples.u[i] = samples.v[i] = 0.0F;
-  }
+  take_pixels(window, samples);
+  place_pixels(window, samples);
   for (int i = 0; i < samples.room; i += kLanes) sample_lanes(table, path, samples, i);
 }
 

@@ -16,10 +16,11 @@ constexpr int kLanes = 8;
 #else
 constexpr int kLanes = 4;
 #endif
-typedef float Four __attribute__((vector_size(16), aligned(4)));
+typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float Lanes __attribute__((vector_size(4 * kLanes)));
-typedef float LooseLanes __attribute__((vector_size(4 * kLanes), aligned(4)));
+typedef float LooseLanes __attribute__((vector_size(4 * kLanes), aligned(4), may_alias));
 typedef int IntLanes __attribute__((vector_size(4 * kLanes)));
+typedef int LooseIntLanes __attribute__((vector_size(4 * kLanes), may_alias));
 static_assert(kAlignmentBlock % kLanes == 0);
 
 inline Lanes load(const float* from) { return *reinterpret_cast<const LooseLanes*>(from); }
@@ -60,10 +61,10 @@ inline IntLanes offset_of(const TemplateCells& table, IntLanes column, IntLanes 
 }
 
 /// Four numbers of one lane's cell; of eight lanes, those of the lane four on behind them.
-inline Lanes four_numbers(const float* cells, const IntLanes& offset, int lane) {
-  const Four near = *reinterpret_cast<const Four*>(cells + offset[lane]);
+inline Lanes four_numbers(const float* cells, const int* offset) {
+  const Four near = *reinterpret_cast<const Four*>(cells + offset[0]);
 #ifdef __AVX2__
-  const Four far = *reinterpret_cast<const Four*>(cells + offset[lane + 4]);
+  const Four far = *reinterpret_cast<const Four*>(cells + offset[4]);
   return __builtin_shufflevector(near, far, 0, 1, 2, 3, 4, 5, 6, 7);
 #else
   return near;
@@ -87,14 +88,15 @@ inline SampledLanes expand(const TemplateCells& table,
   row = bounded(row, zero, last);
   const IntLanes i = __builtin_convertvector(column + 0.5F, IntLanes);
   const IntLanes j = __builtin_convertvector(row + 0.5F, IntLanes);
-  const IntLanes offset = offset_of(table, i, j);
+  alignas(IntLanes) int offset[kLanes];
+  *reinterpret_cast<LooseIntLanes*>(offset) = offset_of(table, i, j);
   const Lanes x = column - __builtin_convertvector(i, Lanes);
   const Lanes y = row - __builtin_convertvector(j, Lanes);
 
-  const Lanes a = four_numbers(table.cells, offset, 0);
-  const Lanes b = four_numbers(table.cells, offset, 1);
-  const Lanes c = four_numbers(table.cells, offset, 2);
-  const Lanes d = four_numbers(table.cells, offset, 3);
+  const Lanes a = four_numbers(table.cells, offset);
+  const Lanes b = four_numbers(table.cells, offset + 1);
+  const Lanes c = four_numbers(table.cells, offset + 2);
+  const Lanes d = four_numbers(table.cells, offset + 3);
   const Lanes f01 = mix_first(a, b), f01_cd = mix_first(c, d);
   const Lanes f23 = mix_last(a, b), f23_cd = mix_last(c, d);
   const Lanes f = join_first(f01, f01_cd);
@@ -103,10 +105,10 @@ inline SampledLanes expand(const TemplateCells& table,
   const Lanes f_ij = join_last(f23, f23_cd);
 
   const float* behind = table.cells + 4;
-  const Lanes p = four_numbers(behind, offset, 0);
-  const Lanes q = four_numbers(behind, offset, 1);
-  const Lanes r = four_numbers(behind, offset, 2);
-  const Lanes s = four_numbers(behind, offset, 3);
+  const Lanes p = four_numbers(behind, offset);
+  const Lanes q = four_numbers(behind, offset + 1);
+  const Lanes r = four_numbers(behind, offset + 2);
+  const Lanes s = four_numbers(behind, offset + 3);
   const Lanes f45 = mix_first(p, q), f45_rs = mix_first(r, s);
   const Lanes f_ii = join_first(f45, f45_rs);
   const Lanes f_jj = join_last(f45, f45_rs);
@@ -118,10 +120,12 @@ inline SampledLanes expand(const TemplateCells& table,
 }
 
 /// Whether all lanes of a comparison hold.
-inline bool all(const IntLanes& holds) {
-  int every = -1;
-  for (int lane = 0; lane < kLanes; ++lane) every &= holds[lane];
-  return every != 0;
+inline bool all(IntLanes holds) {
+#ifdef __AVX2__
+  return __builtin_ia32_movmskps256(reinterpret_cast<Lanes>(holds)) == 0xff;
+#else
+  return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
+#endif
 }
 
 /// The template at `kLanes` pixels, averaged along the path.
