@@ -35,9 +35,10 @@ constexpr double kConverged_px = 1e-3;  // last step
 constexpr double kAlmostThere_px = 0.01;
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
-// A path of motion that grows beyond so many sizes, and so many times what it was at the start,
-// leaves nothing of the marker to be seen; to follow it would be dear.
-constexpr double kLongestPath = 4.0;
+// A path of motion that grows beyond so many sizes, and so many times what it was at the start, has
+// lost the marker; each further step would be dear.
+constexpr double kLongestPath = 2.0;
+constexpr double kMostPathGrowth = 4.0;
 // The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and
 // within the quarter of the size that a paper square of 1.5 sizes leaves. The same for all blurs,
 // so that their residuals can be compared.
@@ -351,8 +352,8 @@ MarkerAlignment Alignment::run() {
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
     const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
     if (!(growth > 0.25 && growth < 4.0)) return m_result;
-    if (now.motion_px.norm() >
-        kLongestPath * std::max(m_marker.size_px(), start.motion_px.norm())) {
+    if (now.motion_px.norm() > std::max(kLongestPath * m_marker.size_px(),
+                                        kMostPathGrowth * start.motion_px.norm())) {
       return m_result;
     }
     if (!sample_model()) return m_result;
