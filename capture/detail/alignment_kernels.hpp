@@ -73,6 +73,7 @@ struct AlignmentColumns {
   bool motion = false;
   float per_motion = 0.0F;  ///< d model / d (squared length of the path) = this * gain * (ends −
                             ///< value) [1/px²]
+  bool light_only = false;  ///< only the products of the last five columns are wanted
   [[nodiscard]] int size() const { return 6 + num_shape + (motion ? 1 : 0); }
 };
 inline constexpr int kMostColumns = 11;

@@ -41,17 +41,17 @@ inline void take_pixels(const AlignmentWindow& window, const ModelSamples& sampl
 inline void place_pixels(const AlignmentWindow& window, const ModelSamples& samples) {
   const float* a = window.pattern_from_px;
   const float* b = window.window_from_px;
-#pragma omp simd
-  for (int i = 0; i < samples.room; ++i) {
-    const float x = samples.x[i];
-    const float y = samples.y[i];
-    samples.u[i] = a[0] * x + a[1] * y;
-    samples.v[i] = a[2] * x + a[3] * y;
-    const float p = __builtin_fabsf(b[0] * x + b[1] * y);
-    const float q = __builtin_fabsf(b[2] * x + b[3] * y);
-    const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p > q ? p : q);
-    const float within = (window.reach - distance) * window.per_taper;
-    samples.weight[i] = __builtin_sqrtf(within < 0.0F ? 0.0F : within > 1.0F ? 1.0F : within);
+  const Lanes zero = {};
+  for (int i = 0; i < samples.room; i += kLanes) {
+    const Lanes x = load(samples.x + i);
+    const Lanes y = load(samples.y + i);
+    store(samples.u + i, a[0] * x + a[1] * y);
+    store(samples.v + i, a[2] * x + a[3] * y);
+    const Lanes p = b[0] * x + b[1] * y;
+    const Lanes q = b[2] * x + b[3] * y;
+    const Lanes square = window.round ? p * p + q * q : larger(p * p, q * q);
+    const Lanes within = (window.reach - square_root(square)) * window.per_taper;
+    store(samples.weight + i, square_root(bounded(within, zero, zero + 1.0F)));
   }
   for (int i = window.width * window.height; i < samples.room; ++i) samples.weight[i] = 0.0F;
 }
@@ -112,40 +112,46 @@ inline void fill_columns(const AlignmentWindow& window,
   }
 }
 
+/// Adds the products of two columns with four to the lower triangle.
+inline void add_products(const float (*columns)[kBlock], int r, int c, int size, double* gram) {
+  Lanes sums[2][4] = {};
+  for (int i = 0; i < kBlock; i += kLanes) {
+    const Lanes left[2] = {load(columns[r] + i), load(columns[r + 1] + i)};
+    for (int k = 0; k < 4; ++k) {
+      const Lanes right = load(columns[c + k] + i);
+      sums[0][k] += left[0] * right;
+      sums[1][k] += left[1] * right;
+    }
+  }
+  for (int row = r; row < r + 2 && row < size; ++row) {
+    for (int k = 0; k < 4 && c + k <= row; ++k) {
+      float sum = 0.0F;
+      for (int lane = 0; lane < kLanes; ++lane) sum += sums[row - r][k][lane];
+      gram[row * size + c + k] += static_cast<double>(sum);
+    }
+  }
+}
+
 void accumulate(const AlignmentWindow& window,
                 const ModelSamples& samples,
                 const MarkerLight& light,
                 const AlignmentColumns& layout,
                 double* gram) {
   const int size = layout.size() + 1;
-  // Four more, never written: products are taken four columns at a time.
-  alignas(32) float columns[kMostColumns + 1 + 3][kBlock] = {};
+  const int first = layout.light_only ? layout.size() - 4 : 0;
+  // Four more of zeros: products are taken of two by four columns at a time.
+  alignas(32) float columns[kMostColumns + 1 + 4][kBlock];
+  for (int c = size; c < size + 4; ++c) {
+    for (int i = 0; i < kBlock; ++i) columns[c][i] = 0.0F;
+  }
   for (int start = 0; start < samples.room; start += kBlock) {
     fill_columns(window, samples, light, layout, start, columns);
     const float* weight = samples.weight + start;
-    for (int c = 0; c < size; ++c) {
+    for (int c = first; c < size; ++c) {
       for (int i = 0; i < kBlock; ++i) columns[c][i] *= weight[i];
     }
-    for (int r = 0; r < size; ++r) {
-      const float* left = columns[r];
-      for (int c = 0; c <= r; c += 4) {
-        const float* c0 = columns[c];
-        const float* c1 = columns[c + 1];
-        const float* c2 = columns[c + 2];
-        const float* c3 = columns[c + 3];
-        float s0 = 0.0F, s1 = 0.0F, s2 = 0.0F, s3 = 0.0F;
-#pragma omp simd reduction(+ : s0, s1, s2, s3)
-        for (int i = 0; i < kBlock; ++i) {
-          s0 += left[i] * c0[i];
-          s1 += left[i] * c1[i];
-          s2 += left[i] * c2[i];
-          s3 += left[i] * c3[i];
-        }
-        const float sums[4] = {s0, s1, s2, s3};
-        for (int k = 0; k < 4 && c + k <= r; ++k) {
-          gram[r * size + c + k] += static_cast<double>(sums[k]);
-        }
-      }
+    for (int r = first; r < size; r += 2) {
+      for (int c = first; c <= r + 1; c += 4) add_products(columns, r, c, size, gram);
     }
   }
 }

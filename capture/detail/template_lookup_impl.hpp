@@ -26,6 +26,15 @@ static_assert(kAlignmentBlock % kLanes == 0);
 inline Lanes load(const float* from) { return *reinterpret_cast<const LooseLanes*>(from); }
 inline void store(float* to, Lanes values) { *reinterpret_cast<LooseLanes*>(to) = values; }
 
+inline Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
+inline Lanes square_root(Lanes values) {
+#ifdef __AVX2__
+  return __builtin_ia32_sqrtps256(values);
+#else
+  for (int lane = 0; lane < kLanes; ++lane) values[lane] = __builtin_sqrtf(values[lane]);
+  return values;
+#endif
+}
 inline Lanes bounded(Lanes value, Lanes low, Lanes high) {
   const Lanes raised = value > low ? value : low;
   return raised < high ? raised : high;
