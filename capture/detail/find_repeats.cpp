@@ -24,10 +24,16 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
+constexpr double kSpeaks = 0.5;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kNear = 4.0;        // standard errors within which a sample is where it should be
+constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
 constexpr std::size_t kAround = 12;  // frames on either side that say
-constexpr double kEnough = 0.55;     // how many must differ to tell the motion
+constexpr double kEnough = 0.55;     // how many of the moving must differ
+constexpr double kThen = 0.1;        // of the step that is missing, the error before it
+constexpr double kAsGood = 2.0;      // ratio of residuals
+constexpr double kRoughly = 0.03;    // of the range, the residual of a fit that says anything
+constexpr double kCoarse = 6.0;      // or over the floor
 constexpr double kStands = 0.3;      // of the step that is missing
 constexpr double kMuchBetter = 0.4;  // ratio of residuals
 constexpr double kFitsWell = 0.01;   // below this there is nothing to be had by another clock
@@ -199,6 +205,9 @@ class RepeatFinder {
     if (m_run[frame] <= kMaxRun && mostly_different(frame)) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && stands_still(*path, frame, origin)) return true;
+    } else if (frame + 1 < m_likeness.size() && m_likeness[frame + 1] == Likeness::Different) {
+      const Path* path = liveliest(frame, origin, Witness::Different);
+      if (path && begins_late(*path, frame, origin)) return true;
     }
     if (!m_light.y.empty() && range(m_light, frame, Witness::NoRepeat) > kRipple &&
         stands_among_all(m_light, frame, origin)) {
@@ -211,9 +220,14 @@ class RepeatFinder {
   /// Whether enough pictures here differ to tell the motion: at four frames a period every other
   /// one may be like the one before, and those left fit slow motions as well as the true one.
   [[nodiscard]] bool mostly_different(std::size_t frame) const {
-    const std::size_t first = frame - std::min(frame, kAround);
+    double different = 0.0;
+    double moving = 0.0;
     const std::size_t end = std::min(frame + kAround + 1, m_likeness.size());
-    return count_different(m_likeness, first, end) > kEnough * static_cast<double>(end - first);
+    for (std::size_t n = frame - std::min(frame, kAround); n < end; ++n) {
+      different += m_likeness[n] == Likeness::Different ? 1.0 : 0.0;
+      moving += m_run[n] <= kMaxRun ? 1.0 : 0.0;
+    }
+    return different > kEnough * moving;
   }
 
   /// Where many pictures are alike: told by all other frames.
@@ -224,11 +238,15 @@ class RepeatFinder {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return fit && should_have_moved(*fit,
-                                    evidence(frame),
-                                    path.at(frame),
-                                    path.at(origin),
-                                    time_before(origin, frame, Clock{}));
+    return fit && should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
+  }
+
+  /// Where a motion begins after a long standstill: told by what follows.
+  [[nodiscard]] bool begins_late(const Path& path, std::size_t frame, std::size_t origin) const {
+    const auto fit =
+        best_fit(samples(path, frame, Witness::Different, Clock{}, Side::After), path.floor);
+    return fit && fit->residual < kSideFits * range(path, frame, Witness::Different) &&
+           should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -240,8 +258,11 @@ class RepeatFinder {
     std::optional<LocalFit> plain = fit_by(Clock{});
     // About a release, or where a hand comes in, no one motion fits both sides.
     if (!plain || plain->residual > kFitsWell * range_px) {
-      plain = better(std::move(plain), fit_by(Clock{}, Side::Before));
-      plain = better(std::move(plain), fit_by(Clock{}, Side::After));
+      for (const Side side : {Side::Before, Side::After}) {
+        std::optional<LocalFit> alone = fit_by(Clock{}, side);
+        if (alone && alone->residual < kSideFits * range_px)
+          plain = better(std::move(plain), std::move(alone));
+      }
     }
     constexpr Clock kCounted{Count::NoRepeat};
     const std::optional<LocalFit> counted = fit_by(kCounted);
@@ -249,23 +270,45 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, evidence(frame), path.at(frame), path.at(origin), origin_time))
-      return true;
+    if (should_have_moved(path, *fit, frame, origin, origin_time)) {
+      return by_count || !others_explain(path, *fit, frame);
+    }
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
-  /// should be: the odds of its place and the coder's multiply.
-  static bool should_have_moved(
-      const LocalFit& fit, double evidence, double here_px, double origin_px, double origin_time) {
+  /// should be: the odds of its place and the coder's multiply. A coder leaves what moved by little
+  /// where it was; that is no repeat unless it says so by more.
+  [[nodiscard]] bool should_have_moved(const Path& path,
+                                       const LocalFit& fit,
+                                       std::size_t frame,
+                                       std::size_t origin,
+                                       double origin_time) const {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
-    const double off = (now.at - here_px) / now.error;
-    const double moved = (here_px - origin_px) / (kSamePlace * now.error);
-    return std::abs(here_px - origin_px) < kStands * std::abs(now.at - origin_px) &&
-           off * off - moved * moved + 2.0 * evidence > kAway * kAway &&
-           std::abs(then.at - origin_px) < kNear * then.error;
+    const double missing = std::abs(now.at - path.at(origin));
+    const double done = path.at(frame) - path.at(origin);
+    const double off = (now.at - path.at(frame)) / now.error;
+    const double moved = done / (kSamePlace * now.error);
+    const double says = evidence(frame);
+    const double range_here = range(path, frame, Witness::NoRepeat);
+    if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
+    return (missing > path.stood || says > kSpeaks) && std::abs(done) < kStands * missing &&
+           off * off - moved * moved + 2.0 * says > kAway * kAway &&
+           std::abs(then.at - path.at(origin)) < std::max(kNear * then.error, kThen * missing);
+  }
+
+  /// Whether the pictures that are alike, taken for honest ones too, leave the frame where it is:
+  /// without them the others may fit another motion as well as the true one.
+  [[nodiscard]] bool others_explain(const Path& path,
+                                    const LocalFit& fit,
+                                    std::size_t frame) const {
+    const auto all = best_fit(
+        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
+    return all && all->residual < kAsGood * fit.residual &&
+           std::abs(all->at(0.0).at - path.at(frame)) <
+               0.5 * std::abs(fit.at(0.0).at - path.at(frame));
   }
 
   /// Whether a motion fits to better than `residual_px` once the frame is taken out of time, with
