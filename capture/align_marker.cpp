@@ -35,6 +35,10 @@ constexpr double kConverged_px = 1e-3;  // last step
 constexpr double kAlmostThere_px = 0.01;
 constexpr double kLargestStep = 0.2;     // of the position, in marker sizes
 constexpr double kLargestStretch = 0.1;  // of the shape, per iteration
+// A path of motion that grows beyond so many sizes, and so many times what it was at the start, has
+// lost the marker; each further step would be dear.
+constexpr double kLongestPath = 2.0;
+constexpr double kMostPathGrowth = 4.0;
 // The rim of paper that is used, beyond the marker: as far as pixel and usual blurs reach, and
 // within the quarter of the size that a paper square of 1.5 sizes leaves. The same for all blurs,
 // so that their residuals can be compared.
@@ -107,7 +111,7 @@ class Alignment {
  private:
   void place_window();
   bool sample_model();
-  void accumulate();
+  void accumulate(bool light_only = false);
   void find_light();
   [[nodiscard]] bool solve(Parameters& delta, double& moved_px, bool& whole) const;
   void apply(const Parameters& delta);
@@ -203,10 +207,12 @@ AlignmentColumns Alignment::columns() const {
 }
 
 /// Normal matrix and gradient at the present parameters.
-void Alignment::accumulate() {
+void Alignment::accumulate(bool light_only) {
   const int n = m_layout.size;
   std::array<double, (kMostColumns + 1) * (kMostColumns + 1)> gram{};
-  m_kernels.accumulate(m_window, m_workspace.samples(), light(), columns(), gram.data());
+  AlignmentColumns wanted = columns();
+  wanted.light_only = light_only;
+  m_kernels.accumulate(m_window, m_workspace.samples(), light(), wanted, gram.data());
   m_normal.resize(n, n);
   m_gradient.resize(n);
   for (int r = 0; r <= n; ++r) {
@@ -224,7 +230,7 @@ void Alignment::accumulate() {
 /// Brightness alone: without any, the picture says nothing of the position.
 void Alignment::find_light() {
   m_light.setZero();
-  accumulate();
+  accumulate(true);
   const Eigen::Matrix4d block = m_normal.bottomRightCorner<4, 4>();
   m_light = block.ldlt().solve(Eigen::Vector4d(m_gradient.tail<4>()));
 }
@@ -348,6 +354,10 @@ MarkerAlignment Alignment::run() {
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
     const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
     if (!(growth > 0.25 && growth < 4.0)) return m_result;
+    if (now.motion_px.norm() >
+        std::max(kLongestPath * m_marker.size_px(), kMostPathGrowth * start.motion_px.norm())) {
+      return m_result;
+    }
     if (!sample_model()) return m_result;
   }
   return m_result;

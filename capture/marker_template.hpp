@@ -3,6 +3,7 @@
 
 #include "capture/detail/alignment_kernels.hpp"
 #include "capture/marker_pattern.hpp"
+#include "capture/sharp_marker.hpp"
 #include "capture/video_reader.hpp"
 
 #include <Eigen/Core>
@@ -40,9 +41,12 @@ class MarkerTemplate {
                                               const LumaFrame& frame,
                                               const Eigen::Vector2d& position_px,
                                               const Eigen::Matrix2d& px_from_pattern);
-  /// The same marker with another blur, in addition to a picture's own if it was cut out of one;
-  /// cheaper than starting anew.
-  [[nodiscard]] MarkerTemplate with_blur(double blur_px) const;
+  /// Of a marker drawn before, which is most of the cost; the blur is in addition to a picture's
+  /// own if it was cut out of one.
+  MarkerTemplate(const SharpMarker& sharp, double blur_px);
+  /// Notes where the template does not change, which alignments along a path of motion then make
+  /// use of; pays where the template stays in use.
+  void mark_even();
 
   [[nodiscard]] Sample at(double u, double v) const;
   /// The table itself, for inner loops; valid as long as the template.
@@ -58,18 +62,18 @@ class MarkerTemplate {
   [[nodiscard]] bool has_rim() const { return !m_cut_out; }
 
  private:
-  void blur(double blur_px);
+  void make_cells(const float* first, std::ptrdiff_t stride);
+  [[nodiscard]] std::array<float, detail::kCellFloats>& cell(int column, int row);
 
   MarkerPattern m_pattern;
   double m_size_px;
-  double m_blur_px = 0.0;
+  double m_blur_px;
   bool m_has_turn;
-  double m_samples_per_unit = 0.0;  // [1/size]
-  double m_half_width = 0.0;        // of the sampled square [size]
-  int m_side = 0;                   // samples along it, odd
-  std::vector<float> m_sharp;       // averaged over a pixel, not blurred
-  std::vector<std::array<float, detail::kCellFloats>> m_cells;  // at every other sample
-  bool m_cut_out = false;                                       // of a picture
+  bool m_cut_out;  // of a picture
+  double m_cells_per_unit;
+  int m_side = 0;  // cells along the square that the blur reaches
+  int m_part = 0;  // as in TemplateCells
+  std::vector<std::array<float, detail::kCellFloats>> m_cells;
 };
 
 }  // namespace twang

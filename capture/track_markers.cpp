@@ -23,6 +23,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 namespace twang {
@@ -51,7 +52,7 @@ std::optional<StatedRate> stated_rate(const Rig& rig, const TrackOptions& option
 class Tracking {
  public:
   Tracking(const Rig& rig, const std::filesystem::path& video, const TrackOptions& options)
-      : m_rig(rig), m_video(video), m_options(options), m_reader(video) {
+      : m_rig(rig), m_video(video), m_options(options) {
     const std::filesystem::path& lens = options.lens.empty() ? rig.camera->lens : options.lens;
     if (!lens.empty()) m_lens = read_lens(lens);
   }
@@ -62,7 +63,13 @@ class Tracking {
     for (const Marker& marker : m_rig.markers)
       m_result.tracks.push_back({marker.id, {}, {}, 0, "", {}});
     m_result.layout_frame = first.frame;
-    while (const auto frame = m_reader.read()) {
+    if (first.reader) {
+      m_reader = std::move(first.reader);
+      begin(first.shown, std::move(first.layout));
+    } else {
+      m_reader = std::make_unique<VideoReader>(m_video);
+    }
+    while (const auto frame = m_reader->read()) {
       if (m_stamps_s.size() < first.frame) {
         wait(*frame);
       } else if (!m_follower) {
@@ -94,7 +101,7 @@ class Tracking {
   const Rig& m_rig;
   const std::filesystem::path& m_video;
   const TrackOptions& m_options;
-  VideoReader m_reader;
+  std::unique_ptr<VideoReader> m_reader;
   std::optional<detail::LayoutFollower> m_follower;
   std::vector<double> m_size_px;
   detail::DoubledFrames m_doubled;
@@ -111,7 +118,7 @@ void Tracking::note_frame(const LumaFrame& frame) {
   report_progress(m_options.progress,
                   {"tracking",
                    static_cast<double>(m_stamps_s.size()),
-                   static_cast<double>(m_reader.info().declared_frames.value_or(0)),
+                   static_cast<double>(m_reader->info().declared_frames.value_or(0)),
                    "frames"});
 }
 
@@ -271,7 +278,7 @@ void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubl
 
 TrackResult Tracking::finish() {
   check_all_seen();
-  const VideoInfo& info = m_reader.info();
+  const VideoInfo& info = m_reader->info();
   TimeBase time;
   try {
     time = correct_time_base(m_stamps_s,

@@ -10,12 +10,19 @@ namespace twang::detail {
 /// by the cell's column i and row j, two to fill up.
 inline constexpr int kCellFloats = 8;
 
-/// A template's table, row after row.
+/// Cells about a pixel apart lie side by side, so that neighbouring pixels look up neighbouring
+/// memory: of every fourth column and row, from each of the first four on, there is a square of its
+/// own; row after row of squares, and in each row after row of cells.
+inline constexpr int kCellPhaseBits = 2;
+inline constexpr int kCellPhases = 1 << kCellPhaseBits;
+
+/// A template's table.
 struct TemplateCells {
-  const float* cells = nullptr;  ///< (side x side x kCellFloats)
-  int side = 0;
-  float per_unit = 0.0F;  ///< cells a unit of the pattern
-  float middle = 0.0F;    ///< half the side of the sampled square [units]
+  const float* cells = nullptr;  ///< (kCellPhases² squares x part² cells x kCellFloats)
+  int side = 0;                  ///< columns and rows of cells
+  int part = 0;                  ///< of these in one square: side / kCellPhases, rounded up
+  float per_unit = 0.0F;         ///< cells a unit of the pattern
+  float middle = 0.0F;           ///< half the side of the sampled square [units]
 };
 
 /// A rectangle of pixels around a marker, and how the marker lies in it.
@@ -66,6 +73,7 @@ struct AlignmentColumns {
   bool motion = false;
   float per_motion = 0.0F;  ///< d model / d (squared length of the path) = this * gain * (ends −
                             ///< value) [1/px²]
+  bool light_only = false;  ///< only the products of the last five columns are wanted
   [[nodiscard]] int size() const { return 6 + num_shape + (motion ? 1 : 0); }
 };
 inline constexpr int kMostColumns = 11;

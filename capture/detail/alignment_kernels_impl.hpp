@@ -2,6 +2,7 @@
 // The inner loops of the alignment, in a namespace of their own for each instruction set. No other
 // header's inline functions are used here: compiled for one machine they could end up on another.
 #include "capture/detail/alignment_kernels.hpp"
+#include "capture/detail/template_lookup_impl.hpp"
 
 #ifndef TWANG_KERNEL_NAMESPACE
 #error "TWANG_KERNEL_NAMESPACE must be defined by the file that includes this"
@@ -11,109 +12,57 @@ namespace twang::detail::TWANG_KERNEL_NAMESPACE {
 namespace {
 
 constexpr int kBlock = kAlignmentBlock;
-typedef float Four __attribute__((vector_size(16)));
 
-inline float bounded(float value, float low, float high) {
-  return value < low ? low : value > high ? high : value;
+/// Brightness and place of each pixel. Those beyond the window's own lie in its first corner.
+inline void take_pixels(const AlignmentWindow& window, const ModelSamples& samples) {
+  for (int row = 0; row < window.height; ++row) {
+    __builtin_prefetch(window.pixels + row * window.stride);
+    __builtin_prefetch(window.pixels + row * window.stride + window.width - 1);
+  }
+  for (int row = 0; row < window.height; ++row) {
+    const int start = row * window.width;
+    const std::uint8_t* pixels = window.pixels + row * window.stride;
+    const float y = window.first_y + static_cast<float>(row);
+#pragma omp simd
+    for (int i = 0; i < window.width; ++i) {
+      samples.grey[start + i] = static_cast<float>(pixels[i]);
+      samples.x[start + i] = window.first_x + static_cast<float>(i);
+      samples.y[start + i] = y;
+    }
+  }
+  for (int i = window.width * window.height; i < samples.room; ++i) {
+    samples.grey[i] = 0.0F;
+    samples.x[i] = window.first_x;
+    samples.y[i] = window.first_y;
+  }
 }
 
-/// Value and slopes, these by the cell's index, of the second-order expansion about the nearest
-/// cell.
-inline Four expand(const TemplateCells& table, float u, float v, float* even = nullptr) {
-  const auto last = static_cast<float>(table.side - 1);
-  const float column = bounded((u + table.middle) * table.per_unit, 0.0F, last);
-  const float row = bounded((v + table.middle) * table.per_unit, 0.0F, last);
-  const int i = static_cast<int>(column + 0.5F);
-  const int j = static_cast<int>(row + 0.5F);
-  const float* f = table.cells + kCellFloats * (static_cast<std::ptrdiff_t>(j) * table.side + i);
-  const float x = column - static_cast<float>(i);
-  const float y = row - static_cast<float>(j);
-  if (even != nullptr) *even = f[6];
-  const float du = f[1] + f[4] * x + f[3] * y;
-  const float dv = f[2] + f[3] * x + f[5] * y;
-  return Four{f[0] + 0.5F * ((f[1] + du) * x + (f[2] + dv) * y), du, dv, 0.0F};
-}
-
-/// Coordinates and weights of one row; returns the first and one past the last pixel with weight.
-inline void place_row(
-    const AlignmentWindow& window, int row, const ModelSamples& samples, int& first, int& last) {
-  const int start = row * window.width;
-  const float y = window.first_y + static_cast<float>(row);
+/// Where on the pattern each pixel lies, and its weight.
+inline void place_pixels(const AlignmentWindow& window, const ModelSamples& samples) {
   const float* a = window.pattern_from_px;
   const float* b = window.window_from_px;
-  const std::uint8_t* pixels = window.pixels + row * window.stride;
-  float* weight = samples.weight + start;
-  for (int i = 0; i < window.width; ++i) {
-    const float x = window.first_x + static_cast<float>(i);
-    samples.grey[start + i] = static_cast<float>(pixels[i]);
-    samples.x[start + i] = x;
-    samples.y[start + i] = y;
-    samples.u[start + i] = a[0] * x + a[1] * y;
-    samples.v[start + i] = a[2] * x + a[3] * y;
-    const float p = b[0] * x + b[1] * y;
-    const float q = b[2] * x + b[3] * y;
-    const float p1 = p < 0.0F ? -p : p;
-    const float q1 = q < 0.0F ? -q : q;
-    const float distance = window.round ? __builtin_sqrtf(p * p + q * q) : (p1 > q1 ? p1 : q1);
-    weight[i] = __builtin_sqrtf(bounded((window.reach - distance) * window.per_taper, 0.0F, 1.0F));
+  const Lanes zero = {};
+  for (int i = 0; i < samples.room; i += kLanes) {
+    const Lanes x = load(samples.x + i);
+    const Lanes y = load(samples.y + i);
+    store(samples.u + i, a[0] * x + a[1] * y);
+    store(samples.v + i, a[2] * x + a[3] * y);
+    const Lanes p = b[0] * x + b[1] * y;
+    const Lanes q = b[2] * x + b[3] * y;
+    const Lanes square = window.round ? p * p + q * q : larger(p * p, q * q);
+    const Lanes within = (window.reach - square_root(square)) * window.per_taper;
+    store(samples.weight + i, square_root(bounded(within, zero, zero + 1.0F)));
   }
-  first = 0;
-  last = window.width;
-  while (first < last && weight[first] == 0.0F) ++first;
-  while (last > first && weight[last - 1] == 0.0F) --last;
+  for (int i = window.width * window.height; i < samples.room; ++i) samples.weight[i] = 0.0F;
 }
 
 void sample(const AlignmentWindow& window,
             const TemplateCells& table,
             const MotionPath& path,
             const ModelSamples& samples) {
-  const float per_sample = 1.0F / static_cast<float>(path.samples);
-  const float half_path =
-      0.5F * table.per_unit * __builtin_sqrtf(path.u * path.u + path.v * path.v) + 1.0F;
-  for (int row = 0; row < window.height; ++row) {
-    int first = 0;
-    int last = 0;
-    place_row(window, row, samples, first, last);
-    const int start = row * window.width;
-    for (int i = start + first; i < start + last; ++i) {
-      const float u = samples.u[i];
-      const float v = samples.v[i];
-      float even = 0.0F;
-      const Four middle = expand(table, u, v, &even);
-      if (even > half_path) {
-        samples.value[i] = samples.ends[i] = middle[0];
-        samples.du[i] = samples.dv[i] = 0.0F;
-        continue;
-      }
-      Four sum = {0.0F, 0.0F, 0.0F, 0.0F};
-      for (int k = 0; k < path.samples; ++k) {
-        if (2 * k + 1 == path.samples) {
-          sum += middle;
-          continue;
-        }
-        const float s = (static_cast<float>(k) + 0.5F) * per_sample - 0.5F;
-        sum += expand(table, u + s * path.u, v + s * path.v);
-      }
-      samples.value[i] = per_sample * sum[0];
-      samples.du[i] = per_sample * table.per_unit * sum[1];
-      samples.dv[i] = per_sample * table.per_unit * sum[2];
-      if (path.ends) {
-        samples.ends[i] = 0.5F * (expand(table, u + 0.5F * path.u, v + 0.5F * path.v)[0] +
-                                  expand(table, u - 0.5F * path.u, v - 0.5F * path.v)[0]);
-      }
-    }
-    for (int i = 0; i < window.width; ++i) {
-      if (i >= first && i < last) continue;
-      samples.value[start + i] = 1.0F;
-      samples.du[start + i] = samples.dv[start + i] = 0.0F;
-      samples.ends[start + i] = 1.0F;
-    }
-  }
-  for (int i = window.width * window.height; i < samples.room; ++i) {
-    samples.weight[i] = samples.grey[i] = samples.x[i] = samples.y[i] = 0.0F;
-    samples.u[i] = samples.v[i] = samples.value[i] = samples.ends[i] = 0.0F;
-    samples.du[i] = samples.dv[i] = 0.0F;
-  }
+  take_pixels(window, samples);
+  place_pixels(window, samples);
+  for (int i = 0; i < samples.room; i += kLanes) sample_lanes(table, path, samples, i);
 }
 
 /// Columns of the Jacobian and, last, the residual, of one block of pixels; not weighted.
@@ -163,40 +112,46 @@ inline void fill_columns(const AlignmentWindow& window,
   }
 }
 
+/// Adds the products of two columns with four to the lower triangle.
+inline void add_products(const float (*columns)[kBlock], int r, int c, int size, double* gram) {
+  Lanes sums[2][4] = {};
+  for (int i = 0; i < kBlock; i += kLanes) {
+    const Lanes left[2] = {load(columns[r] + i), load(columns[r + 1] + i)};
+    for (int k = 0; k < 4; ++k) {
+      const Lanes right = load(columns[c + k] + i);
+      sums[0][k] += left[0] * right;
+      sums[1][k] += left[1] * right;
+    }
+  }
+  for (int row = r; row < r + 2 && row < size; ++row) {
+    for (int k = 0; k < 4 && c + k <= row; ++k) {
+      float sum = 0.0F;
+      for (int lane = 0; lane < kLanes; ++lane) sum += sums[row - r][k][lane];
+      gram[row * size + c + k] += static_cast<double>(sum);
+    }
+  }
+}
+
 void accumulate(const AlignmentWindow& window,
                 const ModelSamples& samples,
                 const MarkerLight& light,
                 const AlignmentColumns& layout,
                 double* gram) {
   const int size = layout.size() + 1;
-  // Four more, never written: products are taken four columns at a time.
-  alignas(32) float columns[kMostColumns + 1 + 3][kBlock] = {};
+  const int first = layout.light_only ? layout.size() - 4 : 0;
+  // Four more of zeros: products are taken of two by four columns at a time.
+  alignas(32) float columns[kMostColumns + 1 + 4][kBlock];
+  for (int c = size; c < size + 4; ++c) {
+    for (int i = 0; i < kBlock; ++i) columns[c][i] = 0.0F;
+  }
   for (int start = 0; start < samples.room; start += kBlock) {
     fill_columns(window, samples, light, layout, start, columns);
     const float* weight = samples.weight + start;
-    for (int c = 0; c < size; ++c) {
+    for (int c = first; c < size; ++c) {
       for (int i = 0; i < kBlock; ++i) columns[c][i] *= weight[i];
     }
-    for (int r = 0; r < size; ++r) {
-      const float* left = columns[r];
-      for (int c = 0; c <= r; c += 4) {
-        const float* c0 = columns[c];
-        const float* c1 = columns[c + 1];
-        const float* c2 = columns[c + 2];
-        const float* c3 = columns[c + 3];
-        float s0 = 0.0F, s1 = 0.0F, s2 = 0.0F, s3 = 0.0F;
-#pragma omp simd reduction(+ : s0, s1, s2, s3)
-        for (int i = 0; i < kBlock; ++i) {
-          s0 += left[i] * c0[i];
-          s1 += left[i] * c1[i];
-          s2 += left[i] * c2[i];
-          s3 += left[i] * c3[i];
-        }
-        const float sums[4] = {s0, s1, s2, s3};
-        for (int k = 0; k < 4 && c + k <= r; ++k) {
-          gram[r * size + c + k] += static_cast<double>(sums[k]);
-        }
-      }
+    for (int r = first; r < size; r += 2) {
+      for (int c = first; c <= r + 1; c += 4) add_products(columns, r, c, size, gram);
     }
   }
 }
@@ -226,8 +181,11 @@ void residuals(const AlignmentWindow& window,
 }  // namespace
 
 TemplateSample look_up_one(const TemplateCells& table, float u, float v) {
-  const Four sample = expand(table, u, v);
-  return {sample[0], table.per_unit * sample[1], table.per_unit * sample[2]};
+  const Lanes zero = {};
+  const SampledLanes sample = expand(table,
+                                     zero + (u + table.middle) * table.per_unit,
+                                     zero + (v + table.middle) * table.per_unit);
+  return {sample.value[0], table.per_unit * sample.du[0], table.per_unit * sample.dv[0]};
 }
 
 const AlignmentKernels& kernels() {

@@ -4,7 +4,7 @@
 #include "capture/detail/alignment_kernels.hpp"
 
 #include <cstddef>
-#include <vector>
+#include <memory>
 
 namespace twang::detail {
 
@@ -16,16 +16,21 @@ class AlignmentWorkspace {
   [[nodiscard]] float* square_slope() { return at(11); }
   void reserve(int pixels) {
     const int room = (pixels + kAlignmentBlock - 1) / kAlignmentBlock * kAlignmentBlock;
-    if (room > m_samples.room) m_floats.resize(12 * static_cast<std::size_t>(room));
+    if (room > m_room) {
+      // Filled by whoever uses them: zeros would be written for nothing.
+      m_floats = std::make_unique_for_overwrite<float[]>(12 * static_cast<std::size_t>(room));
+      m_room = room;
+    }
     m_samples.room = room;
     m_samples = {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), room};
   }
 
  private:
   float* at(int array) {
-    return m_floats.data() + static_cast<std::ptrdiff_t>(array) * m_samples.room;
+    return m_floats.get() + static_cast<std::ptrdiff_t>(array) * m_samples.room;
   }
-  std::vector<float> m_floats;
+  std::unique_ptr<float[]> m_floats;
+  int m_room = 0;  // of the arrays there are
   ModelSamples m_samples;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/first_layout.hpp"
 
-#include "capture/video_reader.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -94,15 +93,20 @@ void FirstLayoutSearch::refuse() const {
 }
 
 FirstLayout FirstLayoutSearch::run() {
-  VideoReader reader(m_video);
+  auto reader = std::make_unique<VideoReader>(m_video);
   std::size_t next = 0;
   std::size_t after_last = 0;
-  for (std::size_t n = 0; const auto frame = reader.read(); ++n) {
-    tell(n, reader);
+  for (std::size_t n = 0; const auto frame = reader->read(); ++n) {
+    tell(n, *reader);
     if (n < next || (n > 0 && !shows_something(*frame))) continue;
     PartialLayout layout = look(*frame, n);
     if (layout.usable) {
       FirstLayout found{n, std::move(layout)};
+      if (n == 0) {
+        found.reader = std::move(reader);
+        found.shown = *frame;
+        return found;
+      }
       return n > after_last ? look_back(std::move(found), after_last) : std::move(found);
     }
     // Where another picture will hardly help, the films's end is soon reached.

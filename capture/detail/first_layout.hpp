@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/find_layout.hpp"
+#include "capture/video_reader.hpp"
 #include "core/progress.hpp"
 #include "rigs/rig.hpp"
 
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 
 namespace twang::detail {
@@ -18,6 +20,9 @@ namespace twang::detail {
 struct FirstLayout {
   std::size_t frame = 0;
   PartialLayout layout;
+  /// Where it is the film's very first frame: the reader that has just read it, to go on with.
+  std::unique_ptr<VideoReader> reader = nullptr;
+  LumaFrame shown = {};  ///< that frame, valid until the reader reads on
 };
 
 /// Finds it: the first frame in which enough markers are in plain view.

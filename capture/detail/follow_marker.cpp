@@ -70,7 +70,9 @@ MarkerFollower::MarkerFollower(const MarkerPattern& pattern,
       m_size_px(usual.size_ratio * placed_size_px(due)),
       m_typical_score(usual.score),
       m_typical_contrast(usual.contrast),
-      m_forecast(background.rest_px, background.rest_px, m_size_px) {}
+      m_forecast(background.rest_px, background.rest_px, m_size_px) {
+  m_marker.mark_even();
+}
 
 MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Vector2d& at) const {
   AlignOptions options;

@@ -178,8 +178,9 @@ PartialLayout place_patches(const PatchSearch& search, PartialLayout printed) {
       layout.hopeless = true;
       return layout;
     }
-    const MarkerTemplate cut = MarkerTemplate::cut_out(
+    MarkerTemplate cut = MarkerTemplate::cut_out(
         MarkerPattern(markers[i]), search.frame, placement.position_px, placement.px_from_pattern);
+    cut.mark_even();
     layout.markers[i] = FittedMarker{cut, align_marker(search.frame, cut, placement)};
     // The reference is where it was cut out, whatever noise says.
     layout.markers[i]->alignment.placement = placement;
