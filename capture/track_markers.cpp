@@ -16,6 +16,7 @@
 #include "capture/video_reader.hpp"
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <Eigen/LU>
@@ -161,12 +162,12 @@ void Tracking::check_all_seen() {
     if (m_follower->seen(i)) continue;
     const Marker& marker = m_rig.markers[i];
     throw InputError(fmt::format(
-        "{}: marker '{}' was not found in any of {} frames, must be a {} of {:g} mm in plain view; "
+        "{}: marker '{}' was not found in any of {} frames, must be {} of {:g} mm in plain view; "
         "give --marker {}=x,y",
         m_video.string(),
         marker.id,
         m_stamps_s.size(),
-        to_string(marker.kind),
+        with_article(to_string(marker.kind)),
         kMillimetresPerMetre * marker.size_m,
         marker.id));
   }
@@ -248,8 +249,10 @@ void Tracking::add_notes(const std::vector<bool>& doubled) {
   }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
-    m_result.notes.push_back(
-        fmt::format("{} frames repeat the one before and were left out.", num_doubled));
+    m_result.notes.push_back(fmt::format(
+        "{} the one before and {} left out.",
+        num_doubled == 1 ? "1 frame repeats" : fmt::format("{} frames repeat", num_doubled),
+        num_doubled == 1 ? "was" : "were"));
   }
   for (const MarkerTrack& track : m_result.tracks) {
     const auto sentences = detail::sentences_on_losses(track);
