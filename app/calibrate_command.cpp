@@ -115,7 +115,7 @@ void run(const CalibrateCommand& command) {
         output.file(numbered("contact_sheet", "png", num_tracked, num_films)), rig, film, result);
     ++num_tracked;
     say(film.string() + ": " + track_summary_text(rig, result));
-    said.insert(result.notes.begin(), result.notes.end());
+    for (const Note& note : result.notes) said.insert(note.text);
   };
   const Calibration calibration =
       command.traces.empty()
@@ -132,7 +132,10 @@ void run(const CalibrateCommand& command) {
   write_file_atomically(output.file("report.html"), render_html(report_page(rig, calibration)));
   output.commit();
   for (const std::string& warning : calibration.warnings) {
-    if (!said.contains(warning)) say("note: " + warning);
+    if (!said.contains(warning)) say("warning: " + warning);
+  }
+  for (const std::string& remark : calibration.remarks) {
+    if (!said.contains(remark)) say("note: " + remark);
   }
   print_result(format_material_table({calibration.material}, TableFormat::Text) +
                remarks(calibration));

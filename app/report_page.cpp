@@ -340,6 +340,7 @@ ReportContent report_page(const Rig& rig, const Calibration& calibration) {
                                  rounded_text(material.frequency_hz, 4));
   content.key_figures = key_figures(material);
   content.warnings = calibration.warnings;
+  content.remarks = calibration.remarks;
   for (const Repeat& repeat : calibration.repeats) {
     if (repeat.film) content.sections.push_back(film_section(repeat));
     content.sections.push_back(trace_section(repeat));

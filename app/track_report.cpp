@@ -64,7 +64,12 @@ std::string track_summary_text(const Rig& rig, const TrackResult& result) {
   std::size_t name_width = 0;
   for (const MarkerSummary& marker : markers) name_width = std::max(name_width, marker.id.size());
   for (const MarkerSummary& marker : markers) text += line_of(marker, name_width) + '\n';
-  for (const std::string& note : result.notes) text += "  note: " + note + '\n';
+  for (const std::string& sentence : sentences_of(result.notes, Severity::Warning)) {
+    text += "  warning: " + sentence + '\n';
+  }
+  for (const std::string& sentence : sentences_of(result.notes, Severity::Remark)) {
+    text += "  note: " + sentence + '\n';
+  }
   text.pop_back();
   return text;
 }
@@ -73,6 +78,8 @@ nlohmann::ordered_json track_summary_json(const Rig& rig,
                                           const std::filesystem::path& film,
                                           const TrackResult& result) {
   const TimeBaseSummary& time = result.time_base;
+  std::vector<std::string> notes;  // all of them
+  for (const Note& note : result.notes) notes.push_back(note.text);
   nlohmann::ordered_json json = {
       {"film", film.string()},
       {"time_base",
@@ -88,7 +95,8 @@ nlohmann::ordered_json track_summary_json(const Rig& rig,
       {"plane_residual_px", number(result.plane_residual_px)},
       {"plane_residual_mm", number(result.plane_residual_mm)},
       {"markers", nlohmann::ordered_json::array()},
-      {"notes", result.notes}};
+      {"notes", std::move(notes)},
+      {"warnings", sentences_of(result.notes, Severity::Warning)}};
   for (const MarkerSummary& marker : summarize_markers(rig, result)) {
     nlohmann::ordered_json lost = nlohmann::ordered_json::array();
     for (const TimedLoss& loss : marker.lost) {

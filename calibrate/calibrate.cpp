@@ -11,6 +11,7 @@
 #include "core/trace_file.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
+#include "harmonic_inversion/inversion_window.hpp"
 #include "rigs/observable.hpp"
 
 #include <fmt/chrono.h>
@@ -83,6 +84,18 @@ void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& opt
                                        *repeat.trace.find(repeat.columns.front()),
                                        repeat.inversion.time_origin_s,
                                        repeat.inversion.time_end_s);
+}
+
+/// How the window was chosen is a remark, all else that an inversion says a warning.
+void add_inversion_notes(const Repeat& repeat,
+                         const CalibrationOptions& options,
+                         Calibration& calibration) {
+  const std::size_t num_of_window =
+      choose_window({repeat.trace}, repeat.columns, options.inversion).notes.size();
+  const std::vector<std::string>& notes = repeat.inversion.notes;
+  for (std::size_t i = 0; i < notes.size(); ++i) {
+    (i < num_of_window ? calibration.remarks : calibration.warnings).push_back(notes[i]);
+  }
 }
 
 /// All repeats share their poles; each keeps the window it was inverted in alone.
@@ -293,8 +306,7 @@ Calibration calibrate_repeats(const Rig& rig,
   Calibration calibration;
   for (Repeat& repeat : repeats) {
     invert_repeat(rig, repeat, options);
-    const auto& notes = repeat.inversion.notes;
-    calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
+    add_inversion_notes(repeat, options, calibration);
   }
   calibration.repeats = std::move(repeats);
   calibration.inversion = invert_jointly(calibration.repeats, options);
@@ -343,7 +355,11 @@ Calibration calibrate_from_films(const Rig& rig,
   }
   std::ignore = unknown_material(rig);  // refused before the films are read
   std::vector<Repeat> repeats;
-  std::vector<std::string> notes;
+  std::vector<std::string> warnings;
+  std::vector<std::string> remarks;
+  const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
   for (std::size_t i = 0; i < films.size(); ++i) {
     TrackOptions track = options.track;
     track.progress = options.progress;
@@ -353,11 +369,15 @@ Calibration calibrate_from_films(const Rig& rig,
     repeat.film = track_markers(rig, films[i], track);
     repeat.trace = repeat.film->trace;
     if (options.on_tracked) options.on_tracked(films[i], *repeat.film);
-    notes.insert(notes.end(), repeat.film->notes.begin(), repeat.film->notes.end());
+    append(warnings, sentences_of(repeat.film->notes, Severity::Warning));
+    append(remarks, sentences_of(repeat.film->notes, Severity::Remark));
     repeats.push_back(std::move(repeat));
   }
   Calibration calibration = calibrate_repeats(rig, std::move(repeats), options);
-  calibration.warnings.insert(calibration.warnings.begin(), notes.begin(), notes.end());
+  append(warnings, calibration.warnings);
+  append(remarks, calibration.remarks);
+  calibration.warnings = std::move(warnings);
+  calibration.remarks = std::move(remarks);
   return calibration;
 }
 

@@ -51,7 +51,8 @@ struct Calibration {
   ModulusSensitivities sensitivities;
   MeshLadder ladder;
   std::optional<Validation> validation;  ///< of the first repeat
-  std::vector<std::string> warnings;     ///< one sentence each
+  std::vector<std::string> warnings;     ///< what may make it wrong, one sentence each
+  std::vector<std::string> remarks;      ///< how it went, one sentence each
 };
 
 /// Film(s) in, a material out: track, invert, walk the mesh ladder, fit, validate.

@@ -284,12 +284,15 @@ void ContactSheet::draw_notes() {
   constexpr double kLine = 17.0;
   const double column = 0.5 * (kWidth_px - 2.0 * kMargin - 30.0);
   m_canvas.line({{kMargin, kTopOfNotes - 16.0}, {kWidth_px - kMargin, kTopOfNotes - 16.0}}, kRule);
-  const std::size_t shown = std::min(m_result.notes.size(), kMostNotes);
+  std::vector<std::string> notes = sentences_of(m_result.notes, Severity::Warning);
+  for (std::string& remark : sentences_of(m_result.notes, Severity::Remark)) {
+    notes.push_back(std::move(remark));
+  }
+  const std::size_t shown = std::min(notes.size(), kMostNotes);
   for (std::size_t i = 0; i < shown; ++i) {
-    const bool more = i + 1 == kMostNotes && m_result.notes.size() > kMostNotes;
+    const bool more = i + 1 == kMostNotes && notes.size() > kMostNotes;
     const std::string words =
-        more ? fmt::format("... and {} notes more", m_result.notes.size() - kMostNotes + 1)
-             : m_result.notes[i];
+        more ? fmt::format("... and {} notes more", notes.size() - kMostNotes + 1) : notes[i];
     const std::size_t rows = kMostNotes / 2;
     m_canvas.text({kMargin + (i < rows ? 0.0 : column + 30.0),
                    kTopOfNotes + 4.0 + kLine * static_cast<double>(i % rows)},

@@ -8,6 +8,7 @@
 #include "capture/detail/search_marker.hpp"
 #include "capture/marker_pattern.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <Eigen/LU>
@@ -161,12 +162,12 @@ bool LayoutSearch::place_starts() {
     }
     if (given < 0) {
       m_layout.problem =
-          fmt::format("{}: marker '{}' was not found near {} in {}, must be a {} there",
+          fmt::format("{}: marker '{}' was not found near {} in {}, must be {} there",
                       m_film,
                       marker.id,
                       at_text(start->second),
                       m_picture,
-                      to_string(marker.kind));
+                      with_article(to_string(marker.kind)));
       return false;
     }
     for (std::size_t k = 0; k < i; ++k) {
@@ -186,12 +187,12 @@ bool LayoutSearch::place_starts() {
 void LayoutSearch::report_missing(std::size_t marker) {
   const std::string& id = m_rig.markers[marker].id;
   m_layout.problem = fmt::format(
-      "{}: marker '{}' was not found in {}, must be a {} of {:g} mm in plain view; "
+      "{}: marker '{}' was not found in {}, must be {} of {:g} mm in plain view; "
       "give --marker {}=x,y",
       m_film,
       id,
       m_picture,
-      to_string(m_rig.markers[marker].kind),
+      with_article(to_string(m_rig.markers[marker].kind)),
       1e3 * m_rig.markers[marker].size_m,
       id);
 }

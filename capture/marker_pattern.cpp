@@ -106,10 +106,10 @@ MarkerPattern::MarkerPattern(const Marker& marker) : m_kind(marker.kind) {
 void MarkerPattern::take_cells(const Marker& marker) {
   const MarkerDictionary* dictionary = find_marker_dictionary(marker.kind, marker.dictionary);
   if (dictionary == nullptr) {
-    throw InputError(fmt::format("marker '{}': dictionary is '{}', must be one of {}",
+    throw InputError(fmt::format("marker '{}': dictionary is '{}', must be {}",
                                  marker.id,
                                  marker.dictionary,
-                                 marker_dictionary_names(marker.kind)));
+                                 expected_marker_dictionary(marker.kind, marker.dictionary)));
   }
   if (marker.tag < 0 || marker.tag >= dictionary->num_tags) {
     throw InputError(fmt::format("marker '{}': tag is {}, must be 0 to {} in {}",

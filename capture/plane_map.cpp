@@ -97,7 +97,9 @@ class PlaneMapper {
     return sum / static_cast<double>(points.size());
   }
 
-  void note(std::string sentence) { m_result.notes.push_back(std::move(sentence)); }
+  void note(std::string sentence, Severity severity = Severity::Remark) {
+    m_result.notes.emplace_back(std::move(sentence), severity);
+  }
 
   /// Where the markers settle, brought onto the mean picture, and where they are at rest.
   [[nodiscard]] PointPairs settled_pairs() const {
@@ -121,7 +123,8 @@ class PlaneMapper {
     m_mean.fit.map = Homography::Identity();
     m_mean.fit.map.topLeftCorner<2, 2>() *= m_per_px;
     m_mean.fit.map.topRightCorner<2, 1>() = marker.rest - m_per_px * px;
-    note(fmt::format("The scale comes from the size of marker '{}' alone.", marker.id));
+    note(fmt::format("The scale comes from the size of marker '{}' alone.", marker.id),
+         Severity::Warning);
   }
 
   void find_mean_map() {
@@ -230,13 +233,13 @@ class PlaneMapper {
       m_result.frames_left_out[m_fixed[k]] = count;
       if (count == 0) continue;
       const auto first = std::find(out.begin(), out.end(), true) - out.begin();
-      note(
-          fmt::format("Fixed marker '{}' moves against the others, or is misread, in {} of {} "
-                      "frames (first {}) and is left out there.",
-                      m_markers[m_fixed[k]].id,
-                      count,
-                      out.size(),
-                      first));
+      note(fmt::format("Fixed marker '{}' moves against the others, or is misread, in {} of {} "
+                       "frames (first {}) and is left out there.",
+                       m_markers[m_fixed[k]].id,
+                       count,
+                       out.size(),
+                       first),
+           Severity::Warning);
     }
   }
 

@@ -3,6 +3,7 @@
 
 #include "capture/plane_fit.hpp"
 #include "core/constants.hpp"
+#include "core/note.hpp"
 
 #include <Eigen/Core>
 
@@ -30,11 +31,11 @@ struct PlaneMap {
                              ///< its place whatever it is (two of a similarity, four of a
                              ///< homography) [px]
   double mm_per_px = 0.0;    ///< scale in the middle of the markers' rest positions [mm/px]
-  std::vector<std::string> notes;  ///< how it was found, one sentence each
-  double residual_mm = 0.0;        ///< the same as residual_px in the plane [mm]
-  double scale_sigma_rel = kNaN;   ///< one sigma of the scale in the middle of the markers, by how
-                                   ///< well their places agree: common to all frames, and in no
-                                   ///< sample's sigma; nan where nothing tells [-]
+  std::vector<Note> notes;   ///< how it was found, one sentence each
+  double residual_mm = 0.0;  ///< the same as residual_px in the plane [mm]
+  double scale_sigma_rel = kNaN;  ///< one sigma of the scale in the middle of the markers, by how
+                                  ///< well their places agree: common to all frames, and in no
+                                  ///< sample's sigma; nan where nothing tells [-]
   std::vector<std::vector<double>>
       noise_m;  ///< [marker][frame]: one sigma of a coordinate that the frame's own map adds to
                 ///< what is seen at a moving marker; 0 for a fixed one. Empty: one map for all [m]

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "core/note.hpp"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,7 +72,8 @@ struct StatedRate {
 
 /// What a person should know of a film's time, one sentence each: first what it is and how much
 /// slower or faster than filmed the file plays; then, where it is so, that frames are missing, that
-/// the rate is a television rate, that tags, stamps and stated rates contradict each other.
-[[nodiscard]] std::vector<std::string> describe_time_base(const TimeBaseSummary& summary);
+/// the rate is a television rate, that tags, stamps and stated rates contradict each other. What
+/// may make the time base wrong is a warning.
+[[nodiscard]] std::vector<Note> describe_time_base(const TimeBaseSummary& summary);
 
 }  // namespace twang

@@ -7,8 +7,10 @@
 #include "capture/detail/follow_layout.hpp"
 #include "capture/detail/lost_stretches.hpp"
 #include "capture/detail/noise_floor.hpp"
+#include "capture/detail/picture_shape.hpp"
 #include "capture/detail/trace_of_tracks.hpp"
 #include "capture/detail/track_noise.hpp"
+#include "capture/detail/unseen_markers.hpp"
 #include "capture/find_layout.hpp"
 #include "capture/lens.hpp"
 #include "capture/overlay.hpp"
@@ -16,6 +18,7 @@
 #include "capture/video_reader.hpp"
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <Eigen/LU>
@@ -86,7 +89,7 @@ class Tracking {
   void wait(const LumaFrame& frame);
   void begin(const LumaFrame& frame, PartialLayout layout);
   void add(const std::vector<detail::MarkerSample>& samples);
-  void check_all_seen();
+  void judge_seen();
   void note_frame(const LumaFrame& frame);
   [[nodiscard]] Lens lens_of_film(const Lens& lens, const LumaFrame& frame) const;
   TrackResult finish();
@@ -104,6 +107,8 @@ class Tracking {
   std::unique_ptr<VideoReader> m_reader;
   std::optional<detail::LayoutFollower> m_follower;
   std::vector<double> m_size_px;
+  std::vector<bool> m_seen;  // a marker each: in any frame
+  std::vector<Note> m_unseen_notes;
   detail::DoubledFrames m_doubled;
   std::vector<double> m_stamps_s;
   std::vector<double> m_brightness;  // of the light, one a frame, if there is one
@@ -162,21 +167,12 @@ void Tracking::add(const std::vector<detail::MarkerSample>& samples) {
   }
 }
 
-void Tracking::check_all_seen() {
+void Tracking::judge_seen() {
   for (std::size_t i = 0; i < m_rig.markers.size(); ++i) {
     m_size_px.push_back(m_follower->size_px(i));
-    if (m_follower->seen(i)) continue;
-    const Marker& marker = m_rig.markers[i];
-    throw InputError(fmt::format(
-        "{}: marker '{}' was not found in any of {} frames, must be a {} of {:g} mm in plain view; "
-        "give --marker {}=x,y",
-        m_video.string(),
-        marker.id,
-        m_stamps_s.size(),
-        to_string(marker.kind),
-        kMillimetresPerMetre * marker.size_m,
-        marker.id));
+    m_seen.push_back(m_follower->seen(i));
   }
+  m_unseen_notes = detail::judge_unseen_markers(m_rig, m_seen, m_video.string(), m_stamps_s.size());
 }
 
 /// A repeated picture is no measurement: it does not count as scatter.
@@ -212,10 +208,10 @@ PlaneMap Tracking::find_plane(const std::vector<MarkerTrack>& straight) const {
                             ? std::sqrt(m_lens->distortion_jacobian(*first_px).determinant())
                             : 1.0;
     markers.push_back({marker.id,
-                       marker.fixed,
+                       marker.fixed && m_seen[i],
                        plane_position(*m_rig.camera, marker.position),
                        marker.size_m,
-                       m_size_px[i] / bent,
+                       m_size_px[i] / bent * std::sqrt(m_reader->info().pixel_aspect),
                        &track.position_px,
                        &track.sigma_px});
   }
@@ -242,25 +238,34 @@ void Tracking::find_noise_floors(const std::vector<MarkerTrack>& straight,
     fixed.push_back(m_rig.markers[i].fixed);
   }
   std::string note = detail::describe_noise_floors(m_result.tracks, fixed, m_result.mm_per_px);
-  if (!note.empty()) m_result.notes.push_back(std::move(note));
+  if (!note.empty()) m_result.notes.emplace_back(std::move(note));
 }
 
 void Tracking::add_notes(const std::vector<bool>& doubled) {
-  for (std::string& note : describe_time_base(m_result.time_base)) {
+  for (Note& note : describe_time_base(m_result.time_base)) {
+    m_result.notes.push_back(std::move(note));
+  }
+  for (Note& note : detail::notes_on_pictures(m_reader->info())) {
     m_result.notes.push_back(std::move(note));
   }
   if (m_result.clock) {
     m_result.notes.push_back(m_result.clock->message);
-    if (!m_result.clock->warning.empty()) m_result.notes.push_back(m_result.clock->warning);
+    if (!m_result.clock->warning.empty()) {
+      m_result.notes.emplace_back(m_result.clock->warning, Severity::Warning);
+    }
   }
   const auto num_doubled = std::count(doubled.begin(), doubled.end(), true);
   if (num_doubled > 0) {
-    m_result.notes.push_back(
-        fmt::format("{} frames repeat the one before and were left out.", num_doubled));
+    m_result.notes.push_back(fmt::format(
+        "{} the one before and {} left out.",
+        num_doubled == 1 ? "1 frame repeats" : fmt::format("{} frames repeat", num_doubled),
+        num_doubled == 1 ? "was" : "were"));
   }
-  for (const MarkerTrack& track : m_result.tracks) {
-    const auto sentences = detail::sentences_on_losses(track);
-    m_result.notes.insert(m_result.notes.end(), sentences.begin(), sentences.end());
+  m_result.notes.insert(m_result.notes.end(), m_unseen_notes.begin(), m_unseen_notes.end());
+  for (std::size_t i = 0; i < m_result.tracks.size(); ++i) {
+    if (!m_seen[i]) continue;
+    const std::vector<Note> losses = detail::notes_on_losses(m_result.tracks[i]);
+    m_result.notes.insert(m_result.notes.end(), losses.begin(), losses.end());
   }
 }
 
@@ -277,7 +282,7 @@ void Tracking::hold_against_light(TimeBase& time, const std::vector<bool>& doubl
 }
 
 TrackResult Tracking::finish() {
-  check_all_seen();
+  judge_seen();
   const VideoInfo& info = m_reader->info();
   TimeBase time;
   try {
@@ -298,8 +303,9 @@ TrackResult Tracking::finish() {
   if (m_options.clock) hold_against_light(time, doubled);
   m_result.time_base = time.summary;
   widen_sigmas(doubled);
-  const std::vector<MarkerTrack> straight =
+  std::vector<MarkerTrack> straight =
       m_lens ? detail::straightened(m_result.tracks, *m_lens) : m_result.tracks;
+  detail::make_square(straight, info.pixel_aspect);
   const PlaneMap map = find_plane(straight);
   m_result.trace = detail::trace_of_tracks(m_rig,
                                            {m_result.tracks,

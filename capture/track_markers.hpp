@@ -5,6 +5,7 @@
 #include "capture/image.hpp"
 #include "capture/time_base.hpp"
 #include "core/constants.hpp"
+#include "core/note.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
 #include "rigs/rig.hpp"
@@ -61,7 +62,7 @@ struct TrackResult {
       0.0;            ///< rms of the fixed markers about the plane map; 0 with under three [px]
   Image first_frame;  ///< the first in which the layout was found, grey
   Image first_frame_with_tracks;         ///< colour: the found layout and the paths, for the report
-  std::vector<std::string> notes;        ///< one sentence each
+  std::vector<Note> notes;               ///< one sentence each
   std::size_t layout_frame = 0;          ///< the number of `first_frame`; before it all is nan
   std::optional<ClockCheck> clock = {};  ///< where a light was given
   double plane_residual_mm = 0.0;        ///< plane_residual_px in the plane [mm]
@@ -75,12 +76,14 @@ struct TrackResult {
 ///
 /// Markers are found from the rig's layout in the first frame that shows enough of them to leave no
 /// doubt, else from `start_px`; before that frame all is nan. A marker that is hidden in it is
-/// looked for where the layout puts it until it is seen.
+/// looked for where the layout puts it until it is seen; one that never is has columns of nan and a
+/// warning, unless the observable or the scale needs it. Pixels that are not square are taken as
+/// wide as the file says, so that scale and directions are right whatever gives them.
 ///
 /// @throws InputError if the file is no film or cannot be decoded at all or to its end, the rig
 /// lacks markers or camera,
-///         a marker is never found or could be one of several, a `start_px` names no marker or a
-///         place outside; Cancelled
+///         a marker is never found and needed or could be one of several, a `start_px` names no
+///         marker or a place outside; Cancelled
 [[nodiscard]] TrackResult track_markers(const Rig& rig,
                                         const std::filesystem::path& video,
                                         const TrackOptions& options = {});

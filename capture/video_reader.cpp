@@ -82,6 +82,16 @@ bool is_interlaced(AVFieldOrder order) {
   return order != AV_FIELD_UNKNOWN && order != AV_FIELD_PROGRESSIVE;
 }
 
+/// Width of a shown pixel over its height; 1 where the file says nothing, or nonsense.
+double pixel_aspect(const OpenedFilm& film, bool sides_swapped) {
+  constexpr double kMostSlender = 4.0;  // of any format in use
+  const AVRational ratio = av_guess_sample_aspect_ratio(film.container.get(), film.stream, nullptr);
+  if (ratio.num <= 0 || ratio.den <= 0) return 1.0;
+  const double stored = av_q2d(ratio);
+  if (stored > kMostSlender || stored < 1.0 / kMostSlender) return 1.0;
+  return sides_swapped ? 1.0 / stored : stored;
+}
+
 CodecContextPtr open_decoder(const std::filesystem::path& path, const AVStream& stream) {
   const AVCodecParameters& parameters = *stream.codecpar;
   const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
@@ -201,6 +211,7 @@ VideoReader::VideoReader(const std::filesystem::path& path) : m_impl(std::make_u
   info.turned_down = {orientation.down[0], orientation.down[1]};
   info.rotation_deg = orientation.turn_deg();
   info.interlaced = is_interlaced(stream.codecpar->field_order);
+  info.pixel_aspect = pixel_aspect(self.film, swap);
   info.tick_s = av_q2d(stream.time_base);
   info.declared_fps = declared_rate(*self.film.container, stream, *self.codec);
   info.capture_fps_tag = capture_rate_tag(self.film.container->metadata);
@@ -239,6 +250,7 @@ std::optional<LumaFrame> VideoReader::read() {
                           self.info.stored_height_px));
   }
   ++self.shown;
+  self.info.interlaced = self.info.interlaced || frame.interlaced_frame != 0;
   LumaFrame shown = self.luma.view(frame);
   shown.stamp_s = self.stamp_s();
   shown.coded_bytes = std::max(0, frame.pkt_size);

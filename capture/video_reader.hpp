@@ -27,7 +27,9 @@ struct VideoInfo {
   int rotation_deg = 0;      ///< clockwise, by which the stored picture is turned: 0, 90, 180, 270
   Eigen::Vector2i turned_right = {1, 0};  ///< a step right in the shown picture, in the stored one
   Eigen::Vector2i turned_down = {0, 1};   ///< a step down; rows are read out along the stored +y
-  bool interlaced = false;  ///< rows of two moments in one picture, by the file's word
+  bool interlaced = false;  ///< rows of two moments in one picture, by the container's word or that
+                            ///< of a picture read so far
+  double pixel_aspect = 1.0;  ///< width of a pixel over its height, of the shown picture [-]
 };
 
 /// One decoded picture; the view is valid until the next call of `read`.

@@ -55,4 +55,12 @@ std::string nearest_word(std::string_view word, std::span<const std::string> can
   return nearest == candidates.end() ? std::string() : *nearest;
 }
 
+std::string with_article(std::string_view word) {
+  const bool vowel =
+      !word.empty() && std::string_view("aeiouAEIOU").find(word.front()) != std::string_view::npos;
+  std::string text = vowel ? "an " : "a ";
+  text += word;
+  return text;
+}
+
 }  // namespace twang

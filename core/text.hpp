@@ -19,4 +19,7 @@ namespace twang {
 [[nodiscard]] std::string nearest_word(std::string_view word,
                                        std::span<const std::string> candidates);
 
+/// A word with its indefinite article, by its first letter: "a cross", "an aruco".
+[[nodiscard]] std::string with_article(std::string_view word);
+
 }  // namespace twang

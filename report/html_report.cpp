@@ -139,6 +139,16 @@ std::string warnings_html(const std::vector<std::string>& warnings) {
   return html + "</ul></aside>\n";
 }
 
+/// Ordinary notes, folded away behind all sections.
+std::string remarks_html(const std::vector<std::string>& remarks) {
+  if (remarks.empty()) return {};
+  std::string html = fmt::format(
+      "<details class=\"remarks\"><summary>Notes on the way ({})</summary><ul>\n", remarks.size());
+  for (const std::string& remark : remarks)
+    html += fmt::format("<li>{}</li>\n", prose_html(remark));
+  return html + "</ul></details>\n";
+}
+
 /// "0.02 to 1.4" of the finite values, "–" if there is none.
 std::string extent_text(const std::vector<double>& values) {
   constexpr int kDigits = 4;
@@ -253,6 +263,7 @@ std::string render_html(const ReportContent& content) {
   html += contents_html(content.sections);
   for (std::size_t i = 0; i < content.sections.size(); ++i)
     html += section_html(content.sections[i], i + 1);
+  html += remarks_html(content.remarks);
   html += "</main>\n" + footer_html(with_charts);
   if (with_charts) {
     html += fmt::format(

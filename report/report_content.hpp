@@ -52,7 +52,8 @@ struct ReportContent {
   std::string headline;   ///< the result in one sentence, with units
   TextTable key_figures;  ///< name, value, meaning
   std::vector<ReportSection> sections;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< what to know before the numbers are trusted
+  std::vector<std::string> remarks;   ///< what else was noted on the way
 };
 
 }  // namespace twang

@@ -37,35 +37,77 @@ constexpr std::array kDictionaries = {
     MarkerDictionary{kApril, "tag36h11", "tag36h11", 587, 6, 2},
 };
 
-/// In lower case, without the prefix that says which kind it is of.
-std::string plain(MarkerKind kind, std::string_view name) {
+// What OpenCV calls AprilTag's families.
+constexpr std::string_view kOpenCvApril = "DICT_APRILTAG_";
+
+/// A name and the kind it is of, without what says only that.
+struct PlainName {
+  MarkerKind kind;
+  std::string text;
+};
+
+/// Brings a name into lower case and takes off what stands before it.
+PlainName plain(MarkerKind kind, std::string_view name) {
   std::string lower;
   for (const char c : name) {
     lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   }
-  const std::string_view prefix = kind == kAruco ? "dict_" : "tag";
-  return lower.starts_with(prefix) ? lower.substr(prefix.size()) : lower;
+  const auto take_off = [&lower](std::string_view prefix) {
+    const bool there = lower.starts_with(prefix);
+    if (there) lower.erase(0, prefix.size());
+    return there;
+  };
+  const bool opencv = take_off("dict_");
+  if (take_off("apriltag_")) return {kApril, lower};
+  if (kind == kApril && !opencv) take_off("tag");
+  return {opencv ? kAruco : kind, lower};
+}
+
+const MarkerDictionary* find_plain(const PlainName& wanted) {
+  const auto* const found = std::find_if(
+      kDictionaries.begin(), kDictionaries.end(), [&](const MarkerDictionary& dictionary) {
+        return dictionary.kind == wanted.kind &&
+               plain(dictionary.kind, dictionary.name).text == wanted.text;
+      });
+  return found == kDictionaries.end() ? nullptr : found;
 }
 
 }  // namespace
 
 const MarkerDictionary* find_marker_dictionary(MarkerKind kind, std::string_view name) {
-  const std::string wanted = plain(kind, name);
-  const auto* const found = std::find_if(
-      kDictionaries.begin(), kDictionaries.end(), [&](const MarkerDictionary& dictionary) {
-        return dictionary.kind == kind && plain(kind, dictionary.name) == wanted;
-      });
-  return found == kDictionaries.end() ? nullptr : found;
+  const PlainName wanted = plain(kind, name);
+  // AprilTag's families are dictionaries of OpenCV's, whose own are none of AprilTag's.
+  if (kind == kApril && wanted.kind == kAruco) return nullptr;
+  return find_plain(wanted);
 }
 
 std::string marker_dictionary_names(MarkerKind kind) {
   std::string names;
-  for (const MarkerDictionary& dictionary : kDictionaries) {
-    if (dictionary.kind != kind) continue;
+  const auto add = [&names](std::string_view prefix, std::string_view name) {
     if (!names.empty()) names += ", ";
-    names += dictionary.name;
+    names += prefix;
+    names += name;
+  };
+  for (const MarkerDictionary& dictionary : kDictionaries) {
+    if (dictionary.kind == kind) add("", dictionary.name);
+  }
+  for (const MarkerDictionary& dictionary : kDictionaries) {
+    if (kind == kAruco && dictionary.kind == kApril) {
+      add(kOpenCvApril, plain(kApril, dictionary.name).text);
+    }
   }
   return names;
+}
+
+std::string expected_marker_dictionary(MarkerKind kind, std::string_view name) {
+  std::string expected = "one of " + marker_dictionary_names(kind);
+  const MarkerKind other = kind == kAruco ? kApril : kAruco;
+  if (find_marker_dictionary(other, name) != nullptr) {
+    expected += " (it is known to kind = \"";
+    expected += to_string(other);
+    expected += "\")";
+  }
+  return expected;
 }
 
 }  // namespace twang

@@ -19,11 +19,16 @@ struct MarkerDictionary {
 };
 
 /// The dictionary of that name; capitals do not count, nor whether "DICT_" or "tag" stands before
-/// it. Null if there is none.
+/// it. AprilTag's families are also known by OpenCV's names ("DICT_APRILTAG_36h11"), for either
+/// kind: OpenCV 4 draws them turned by half a turn, which does not move their centres. Null if
+/// there is none.
 [[nodiscard]] const MarkerDictionary* find_marker_dictionary(MarkerKind kind,
                                                              std::string_view name);
 
 /// All names for a kind, for a person: "tag16h5, tag25h9, ...".
 [[nodiscard]] std::string marker_dictionary_names(MarkerKind kind);
+
+/// What a name that is none must be, for a person: "one of ...", and the kind that knows it.
+[[nodiscard]] std::string expected_marker_dictionary(MarkerKind kind, std::string_view name);
 
 }  // namespace twang

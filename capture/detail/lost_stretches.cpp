@@ -28,8 +28,8 @@ void note_lost(MarkerTrack& track, std::size_t frame, const std::string& because
   track.lost.push_back({frame, 1, because, false});
 }
 
-std::vector<std::string> sentences_on_losses(const MarkerTrack& track) {
-  std::vector<std::string> sentences;
+std::vector<Note> notes_on_losses(const MarkerTrack& track) {
+  std::vector<Note> notes;
   std::size_t frames = 0;
   for (std::size_t k = 0; k < track.lost.size(); ++k) {
     const LostStretch& stretch = track.lost[k];
@@ -37,28 +37,34 @@ std::vector<std::string> sentences_on_losses(const MarkerTrack& track) {
       frames += stretch.num_frames;
       continue;
     }
-    sentences.push_back(fmt::format(
-        "Marker '{}' was lost in {} ({}) and {}.",
-        track.id,
-        frames_text(stretch),
-        stretch.reason,
-        stretch.found_again
-            ? fmt::format("found again in frame {}", stretch.first_frame + stretch.num_frames)
-            : "not found again"));
-    if (stretch.first_frame == 0 && stretch.found_again) {
-      sentences.back() = fmt::format("Marker '{}' was first seen in frame {} ({} before).",
+    const std::size_t end = stretch.first_frame + stretch.num_frames;
+    if (!stretch.found_again) {
+      notes.emplace_back(fmt::format("Marker '{}' was lost in {} ({}) and not found again.",
+                                     track.id,
+                                     frames_text(stretch),
+                                     stretch.reason),
+                         Severity::Warning);
+    } else if (stretch.first_frame == 0) {
+      notes.emplace_back(fmt::format("Marker '{}' was first seen in frame {} ({} before).",
                                      track.id,
                                      stretch.num_frames,
-                                     stretch.reason);
+                                     stretch.reason));
+    } else {
+      notes.emplace_back(fmt::format("Marker '{}' was lost in {} ({}) and found again in frame {}.",
+                                     track.id,
+                                     frames_text(stretch),
+                                     stretch.reason,
+                                     end));
     }
   }
   if (track.lost.size() > kMostSentences) {
-    sentences.push_back(fmt::format("Marker '{}' was lost {} times more, in {} frames.",
-                                    track.id,
-                                    track.lost.size() - kMostSentences,
-                                    frames));
+    notes.emplace_back(fmt::format("Marker '{}' was lost {} times more, in {} frames.",
+                                   track.id,
+                                   track.lost.size() - kMostSentences,
+                                   frames),
+                       Severity::Warning);
   }
-  return sentences;
+  return notes;
 }
 
 }  // namespace twang::detail

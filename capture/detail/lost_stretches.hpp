@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/track_markers.hpp"
+#include "core/note.hpp"
 
 #include <cstddef>
 #include <string>
@@ -13,7 +14,8 @@ namespace twang::detail {
 void note_lost(MarkerTrack& track, std::size_t frame, const std::string& because);
 
 /// What a person is told of a marker's losses: a sentence for each of the first few stretches, then
-/// a count; nothing for a marker that was never lost.
-[[nodiscard]] std::vector<std::string> sentences_on_losses(const MarkerTrack& track);
+/// a count; nothing for a marker that was never lost. A marker lost for good, or many times, is a
+/// warning.
+[[nodiscard]] std::vector<Note> notes_on_losses(const MarkerTrack& track);
 
 }  // namespace twang::detail

@@ -57,7 +57,7 @@ void check_on_surface(const TomlTable& table, const Marker& marker, const Rig& r
 void check_tag(const TomlTable& table, const Marker& marker) {
   const MarkerDictionary* dictionary = find_marker_dictionary(marker.kind, marker.dictionary);
   if (dictionary == nullptr) {
-    table.refuse("dictionary", "one of " + marker_dictionary_names(marker.kind));
+    table.refuse("dictionary", expected_marker_dictionary(marker.kind, marker.dictionary));
   }
   if (marker.tag >= dictionary->num_tags) {
     table.refuse("tag", fmt::format("0 to {} in {}", dictionary->num_tags - 1, dictionary->name));

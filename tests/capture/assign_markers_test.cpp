@@ -179,12 +179,18 @@ TEST(LostStretches, AreToldInAFewSentencesAndACount) {
     note_lost(track, 31 + 10 * k, "it is hidden");
     track.lost.back().found_again = k < 5;
   }
-  const auto sentences = sentences_on_losses(track);
+  const auto sentences = notes_on_losses(track);
   ASSERT_EQ(sentences.size(), 4U);
-  EXPECT_EQ(sentences[0],
+  EXPECT_EQ(sentences[0].text,
             "Marker 'tip' was lost in frames 30-31 (it is hidden) and found again in frame 32.");
-  EXPECT_EQ(sentences[3], "Marker 'tip' was lost 3 times more, in 6 frames.");
-  EXPECT_TRUE(sentences_on_losses({"tip", {}, {}, 0, "", {}}).empty());
+  EXPECT_EQ(sentences[3].text, "Marker 'tip' was lost 3 times more, in 6 frames.");
+  EXPECT_EQ(sentences[0].severity, Severity::Remark);
+  EXPECT_EQ(sentences[3].severity, Severity::Warning);
+  track.lost = {{40, 20, "it is hidden", false}};
+  EXPECT_EQ(notes_on_losses(track).at(0).text,
+            "Marker 'tip' was lost in frames 40-59 (it is hidden) and not found again.");
+  EXPECT_EQ(notes_on_losses(track).at(0).severity, Severity::Warning);
+  EXPECT_TRUE(notes_on_losses({"tip", {}, {}, 0, "", {}}).empty());
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ class LateMarkers : public ::testing::Test {
   [[nodiscard]] fs::path plain() const { return m_folder.path() / "plain.mkv"; }
   [[nodiscard]] fs::path changed() const { return m_folder.path() / "changed.mkv"; }
   static bool told(const TrackResult& result, const std::string& sentence) {
-    return std::any_of(result.notes.begin(), result.notes.end(), [&](const std::string& note) {
-      return holds(note, sentence);
+    return std::any_of(result.notes.begin(), result.notes.end(), [&](const Note& note) {
+      return holds(note.text, sentence);
     });
   }
   TemporaryFolder m_folder;
@@ -133,6 +133,47 @@ TEST_F(LateMarkers, MarkerThatIsNeverSeenIsNamed) {
   const std::string message =
       refusal_of([&] { static_cast<void>(track_markers(strip_rig(), plain())); });
   EXPECT_TRUE(holds(message, "marker 'tip' was not found in any of 12 frames")) << message;
+}
+
+TEST_F(LateMarkers, MarkerThatIsNeverSeenNorNeededIsAColumnOfNanWithAWarning) {
+  Rig rig = strip_rig();
+  film(rig);
+  const TrackResult without = track_markers(rig, plain());
+  Marker middle = rig.markers[0];
+  middle.id = "middle";
+  middle.position.x() = 40e-3;
+  rig.markers.insert(rig.markers.begin() + 1, middle);
+  Marker fifth = rig.markers[2];
+  fifth.id = "bench_5";
+  fifth.position.x() = 40e-3;
+  rig.markers.push_back(fifth);
+  const TrackResult result = track_markers(rig, plain());
+  for (const char* id : {"middle", "bench_5"}) {
+    for (const char* column : {".x_mm", ".z_mm", ".sigma_mm"}) {
+      const Channel* channel = result.trace.find(std::string(id) + column);
+      ASSERT_NE(channel, nullptr) << id << column;
+      EXPECT_TRUE(std::all_of(channel->values.begin(),
+                              channel->values.end(),
+                              [](double value) { return std::isnan(value); }))
+          << id << column;
+    }
+    EXPECT_EQ(std::count_if(result.notes.begin(),
+                            result.notes.end(),
+                            [&](const Note& note) {
+                              return note.severity == Severity::Warning &&
+                                     holds(note.text,
+                                           std::string("Marker '") + id +
+                                               "' was not found in any of 60 frames: its columns "
+                                               "are nan");
+                            }),
+              1);
+    EXPECT_FALSE(told(result, std::string("Marker '") + id + "' was lost"));
+  }
+  EXPECT_TRUE(told(result, "come from 4 fixed markers instead of 5"));
+  // All else is as if they were not in the rig.
+  const auto& a = without.trace.find("observable_mm")->values;
+  const auto& b = result.trace.find("observable_mm")->values;
+  for (std::size_t n = 0; n < a.size(); ++n) EXPECT_NEAR(a[n], b[n], 1e-9) << n;  // rounding
 }
 
 TEST_F(LateMarkers, UnusableFilmIsRefusedWithItsBestFrame) {

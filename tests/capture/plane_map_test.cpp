@@ -259,7 +259,7 @@ TEST(PlaneMap, FixedMarkerThatIsPushedIsLeftOutFromThenOn) {
     EXPECT_LT(largest_error(map, each.camera, kTip_m), each.bound_m) << each.fixed_m.size();
     EXPECT_EQ(map.frames_left_out[1], 140) << each.fixed_m.size();
     EXPECT_EQ(map.frames_left_out[0], 0) << each.fixed_m.size();
-    EXPECT_TRUE(holds(map.notes.back(), "in 140 of 200 frames (first 60)"));
+    EXPECT_TRUE(holds(map.notes.back().text, "in 140 of 200 frames (first 60)"));
   }
 }
 

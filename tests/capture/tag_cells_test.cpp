@@ -186,6 +186,18 @@ TEST(TagCells, AreCalledByTheNamesPeopleUse) {
             cells_of(MarkerKind::ArUco, "DICT_ARUCO_ORIGINAL", 5));
 }
 
+TEST(TagCells, OfAprilTagsAreKnownByOpenCvsNamesToBothKinds) {
+  for (const std::string family : {"16h5", "25h9", "36h10", "36h11"}) {
+    for (const int tag : {0, 7, 29}) {
+      const auto rows = cells_of(MarkerKind::AprilTag, "tag" + family, tag);
+      for (const char* name : {"DICT_APRILTAG_", "dict_apriltag_", "APRILTAG_"}) {
+        EXPECT_EQ(cells_of(MarkerKind::AprilTag, name + family, tag), rows) << name << family;
+        EXPECT_EQ(cells_of(MarkerKind::ArUco, name + family, tag), rows) << name << family;
+      }
+    }
+  }
+}
+
 TEST(TagCells, UnknownDictionaryOrTagIsRefused) {
   const auto refusal = [](MarkerKind kind, const char* dictionary, int tag) {
     return refusal_of([&] { (void)MarkerPattern(tag_marker(kind, dictionary, tag)); });
@@ -195,6 +207,16 @@ TEST(TagCells, UnknownDictionaryOrTagIsRefused) {
   EXPECT_TRUE(holds(refusal(MarkerKind::AprilTag, "tagStandard41h12", 0),
                     "must be one of tag16h5, tag25h9, tag36h10, tag36h11"));
   EXPECT_TRUE(holds(refusal(MarkerKind::ArUco, "tag36h11", 0), "must be one of DICT_"));
+  EXPECT_TRUE(holds(refusal(MarkerKind::ArUco, "tag36h11", 0),
+                    "DICT_APRILTAG_36h11 (it is known to kind = \"apriltag\")"));
+  EXPECT_TRUE(holds(refusal(MarkerKind::AprilTag, "DICT_4X4_50", 0),
+                    "must be one of tag16h5, tag25h9, tag36h10, tag36h11 (it is known to kind = "
+                    "\"aruco\")"));
+  for (const char* name : {"DICT_ARUCO_MIP_36h12", "DICT_36h11", "DICT_tag36h11", "", "DICT_"}) {
+    const std::string refused = refusal(MarkerKind::ArUco, name, 0);
+    EXPECT_TRUE(holds(refused, "must be one of DICT_4X4_50, ")) << name;
+    EXPECT_TRUE(refused.ends_with("DICT_APRILTAG_36h10, DICT_APRILTAG_36h11")) << refused;
+  }
   EXPECT_TRUE(holds(refusal(MarkerKind::ArUco, "4x4_50", 50),
                     "marker 'tip': tag is 50, must be 0 to 49 in DICT_4X4_50"));
   EXPECT_TRUE(holds(refusal(MarkerKind::AprilTag, "tag36h11", 587), "0 to 586"));

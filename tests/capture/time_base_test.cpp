@@ -36,7 +36,7 @@ std::vector<int> up_to(int count) {
 /// Whether one of the sentences about a time base holds a text.
 ::testing::AssertionResult says(const TimeBase& base, const std::string& part) {
   std::string all;
-  for (const std::string& sentence : describe_time_base(base.summary)) all += sentence + " ";
+  for (const Note& note : describe_time_base(base.summary)) all += note.text + " ";
   return holds(all, part);
 }
 

@@ -78,5 +78,15 @@ TEST(NearestWord, TakesTheFirstOfEquallyNearAndNothingOfNothing) {
   EXPECT_EQ(nearest_word("b", {}), "");
 }
 
+TEST(WithArticle, GoesByTheFirstLetter) {
+  for (const char* word : {"cross", "dot", "ring", "checker", "patch"}) {
+    EXPECT_EQ(with_article(word), std::string("a ") + word);
+  }
+  for (const char* word : {"aruco", "apriltag", "AprilTag", "image"}) {
+    EXPECT_EQ(with_article(word), std::string("an ") + word);
+  }
+  EXPECT_EQ(with_article(""), "a ");
+}
+
 }  // namespace
 }  // namespace twang

@@ -125,9 +125,29 @@ TEST(HtmlReport, EscapesTheTitleInHeadAndBody) {
   content.headline = kHostileText;
   content.key_figures = {{}, {{kHostileText, kHostileText, kHostileText}}};
   content.warnings = {kHostileText};
+  content.remarks = {kHostileText};
   const std::string html = render_html(content);
   EXPECT_FALSE(contains(html, "</script>"));
-  EXPECT_EQ(count(html, "&lt;/script&gt;"), 7U);
+  EXPECT_EQ(count(html, "&lt;/script&gt;"), 8U);
+}
+
+TEST(HtmlReport, PutsWarningsFirstAndFoldsOrdinaryNotesAwayAtTheEnd) {
+  const std::string html = render_html(sample_content());
+  const std::size_t box = html.find("<aside class=\"warnings\">");
+  const std::size_t box_end = html.find("</aside>");
+  const std::size_t notes = html.find("<details class=\"remarks\">");
+  ASSERT_LT(box, box_end);
+  ASSERT_LT(box_end, notes);
+  const std::size_t doubled = html.find("Frames 311 to 314 are doubled.");
+  const std::size_t rate = html.find("Constant rate: 240 frames");
+  EXPECT_TRUE(box < doubled && doubled < box_end);
+  EXPECT_GT(rate, notes);
+  EXPECT_GT(notes, html.rfind("</section>"));
+  ReportContent content = sample_content();
+  content.warnings.clear();
+  content.remarks.clear();
+  EXPECT_FALSE(contains(render_html(content), "Before you trust this"));
+  EXPECT_FALSE(contains(render_html(content), "<details class=\"remarks\">"));
 }
 
 TEST(HtmlReport, CarriesTheLicenceOfTheChartLibrary) {

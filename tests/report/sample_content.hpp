@@ -47,6 +47,7 @@ inline ReportContent sample_content() {
                          {{"Identified E", "1894 ± 37 MPa", "of the mesh limit"},
                           {"Damping b", "0.1642 ± 0.0031 ms", "in D = b K"}}};
   content.warnings = {"Frames 311 to 314 are doubled."};
+  content.remarks = {"Constant rate: 240 frames at 240 frames/s (stamps)."};
   content.sections = {
       {"The motion", {"Followed through 240 frames."}, {}, "", {motion}, {}},
       {"The spectrum",
