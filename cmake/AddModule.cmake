@@ -1,5 +1,6 @@
-# add_module(NAME SOURCES ... [PUBLIC targets...] [PRIVATE targets...]): a room of the house, one static library twang_NAME
-# (alias twang::NAME), includes from the project's root. Warnings as errors.
+# add_module(NAME SOURCES ... [PUBLIC targets...] [PRIVATE targets...] [TOGETHER]): a room of the house, one static library
+# twang_NAME (alias twang::NAME), includes from the project's root. Warnings as errors. TOGETHER: no two files of this room have one name
+# for different things of their own, so that with TWANG_UNITY_BUILD several may be compiled at once.
 function(twang_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
   if(TWANG_SANITIZE)
@@ -13,7 +14,7 @@ function(twang_warnings target)
   endif()
 endfunction()
 
-# Sources with options of their own are left out by CMake.
+# Compiles several of a target's files at once where that is asked for. Sources with options of their own are left out by CMake.
 function(twang_unity target)
   if(TWANG_UNITY_BUILD)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
@@ -21,7 +22,7 @@ function(twang_unity target)
 endfunction()
 
 function(add_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(twang_${name} STATIC ${ARG_SOURCES})
   add_library(twang::${name} ALIAS twang_${name})
   target_include_directories(twang_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
@@ -29,7 +30,9 @@ function(add_module name)
   target_link_libraries(twang_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   target_compile_features(twang_${name} PUBLIC cxx_std_20)
   twang_warnings(twang_${name})
-  twang_unity(twang_${name})
+  if(ARG_TOGETHER)
+    twang_unity(twang_${name})
+  endif()
 endfunction()
 
 # All tests with the label unit: what the sanitizers need to have built.

@@ -85,11 +85,11 @@ num_jobs() {
   echo "$jobs"
 }
 
-# configure_preset PRESET [CMAKE OPTION...]
+# configure_preset PRESET [CMAKE OPTION...]: whole builds are what these scripts are for, so files are compiled several at once.
 configure_preset() {
   cd "$project_dir"
   say "Configuring $1"
-  run_logged "configure-$1" cmake --preset "$@"
+  run_logged "configure-$1" cmake --preset "$@" -DTWANG_UNITY_BUILD=ON
 }
 
 # build_preset PRESET [CMAKE BUILD OPTION...]
