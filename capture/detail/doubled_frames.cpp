@@ -26,10 +26,13 @@ constexpr float kSameLight = 3.0F;
 constexpr float kSteadyLight = 0.25F;  // mean change below which no lamp flickers [grey levels]
 constexpr std::size_t kWindow = 24;    // frames on either side that say what noise is usual
 constexpr std::size_t kMinWitnesses = 8;
-constexpr double kUsual = 0.75;    // quantile: up to two frames of three may be repeats
-constexpr double kAlive = 0.1;     // usual share of unequal pixels from which noise can be missed
+constexpr double kUsual = 0.75;  // quantile: up to two frames of three may be repeats
+constexpr double kAlive = 0.1;   // usual share of unequal pixels from which noise can be missed
+// Where a coder takes most of it away, it takes more of some pictures than of others.
+constexpr double kClear = 0.4;     // usual share from which a picture without it is a repeat
 constexpr double kMissing = 0.25;  // of the usual share; repeats hardly ever reach a tenth of it
 constexpr double kPresent = 0.5;   // of the usual share; other frames hardly ever stay below 0.6
+constexpr double kSome = 0.1;      // of the frames, that may lie between the two
 
 using Shares = std::array<int, kShares + 1>;  // blocks by their share of unequal pixels
 
@@ -42,6 +45,27 @@ float median(const Shares& shares) {
     if (below > wanted) return static_cast<float>(i) / kShares;
   }
   return 0.0F;
+}
+
+/// What most frames show that are no repeats; 0 where there are too few to say.
+double usual(std::vector<float> shares) {
+  if (shares.size() < kMinWitnesses) return 0.0;
+  const double rank = std::ceil(kUsual * static_cast<double>(shares.size() - 1));
+  const auto at = shares.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(shares.begin(), at, shares.end());
+  return *at;
+}
+
+/// Whether the noise on one side of a frame is the usual one, and each picture clearly has it or
+/// clearly lacks it. A coder that keeps more or less of it leaves many between the two.
+bool is_steady(const std::vector<float>& shares, double usual_share) {
+  if (shares.size() < kMinWitnesses) return true;
+  const double present = usual(shares);
+  if (present < kPresent * usual_share) return false;
+  const auto between = std::count_if(shares.begin(), shares.end(), [&](float share) {
+    return share > kMissing * present && share < kPresent * present;
+  });
+  return static_cast<double>(between) <= kSome * static_cast<double>(shares.size());
 }
 
 }  // namespace
@@ -86,21 +110,26 @@ void DoubledFrames::add(const LumaFrame& frame) {
   m_coded.push_back({frame.coded_bytes, frame.coded_as});
 }
 
-/// The share of unequal pixels that frames around this one show, where the light is steady.
-double DoubledFrames::usual_noise(std::size_t frame) const {
-  std::array<float, 2 * kWindow> witnesses{};
-  std::size_t count = 0;
-  const std::size_t last = std::min(frame + kWindow + 1, m_changes.size());
-  for (std::size_t k = std::max<std::size_t>(frame, kWindow + 1) - kWindow; k < last; ++k) {
-    if (k == frame || std::abs(m_changes[k].brightness) > kSteadyLight) continue;
-    witnesses[count++] = m_changes[k].unequal;
+/// Shares of unequal pixels of a frame's neighbours [first, end), where the light is steady.
+std::vector<float> DoubledFrames::witnesses(std::size_t first,
+                                            std::size_t end,
+                                            std::size_t frame) const {
+  std::vector<float> shares;
+  for (std::size_t k = first; k < end; ++k) {
+    const Change& change = m_changes[k];
+    if (k != frame && std::abs(change.brightness) <= kSteadyLight) shares.push_back(change.unequal);
   }
-  if (count < kMinWitnesses) return 0.0;
-  const auto usual =
-      witnesses.begin() + static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(count - 1));
-  std::nth_element(
-      witnesses.begin(), usual, witnesses.begin() + static_cast<std::ptrdiff_t>(count));
-  return *usual;
+  return shares;
+}
+
+DoubledFrames::Noise DoubledFrames::noise_around(std::size_t frame) const {
+  const std::size_t first = std::max<std::size_t>(frame, kWindow + 1) - kWindow;
+  const std::size_t end = std::min(frame + kWindow + 1, m_changes.size());
+  Noise noise;
+  noise.usual = usual(witnesses(first, end, frame));
+  noise.steady = noise.usual >= kClear && is_steady(witnesses(first, frame, frame), noise.usual) &&
+                 is_steady(witnesses(frame, end, frame), noise.usual);
+  return noise;
 }
 
 std::vector<Likeness> DoubledFrames::decide() const {
@@ -110,9 +139,9 @@ std::vector<Likeness> DoubledFrames::decide() const {
     const Change& change = m_changes[n];
     if (change.largest > (evidence[n] > kSpeaks ? kMotionMost : kMotion)) continue;
     if (std::abs(change.brightness) > kSameLight) continue;
-    const double usual = usual_noise(n);
-    if (usual >= kAlive && change.unequal > kPresent * usual) continue;
-    const bool missing = usual >= kAlive && change.unequal < kMissing * usual;
+    const Noise noise = noise_around(n);
+    if (noise.usual >= kAlive && change.unequal > kPresent * noise.usual) continue;
+    const bool missing = noise.steady && change.unequal < kMissing * noise.usual;
     likeness[n] = missing ? Likeness::Same : Likeness::Alike;
   }
   return likeness;

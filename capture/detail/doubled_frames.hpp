@@ -43,7 +43,14 @@ class DoubledFrames {
     float brightness = 0.0F;  // change of the mean [grey levels]
     float unequal = 0.0F;     // share of pixels that differ, median of the blocks
   };
-  [[nodiscard]] double usual_noise(std::size_t frame) const;
+  struct Noise {
+    double usual = 0.0;   // share of unequal pixels about a frame; 0: not known
+    bool steady = false;  // so that a frame without it is a repeat
+  };
+  [[nodiscard]] Noise noise_around(std::size_t frame) const;
+  [[nodiscard]] std::vector<float> witnesses(std::size_t first,
+                                             std::size_t end,
+                                             std::size_t frame) const;
 
   std::vector<std::uint8_t> m_before;  // the rows compared, of the last picture
   std::vector<BlockSums> m_blocks;     // of one row of blocks

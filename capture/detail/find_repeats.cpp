@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/find_repeats.hpp"
 
+#include "capture/detail/find_cadence.hpp"
 #include "capture/detail/local_fit.hpp"
+#include "capture/detail/path.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,36 +23,27 @@ constexpr double kMotion_px = 0.3;     // range of a path below which it shows n
 constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
-constexpr double kAway = 4.5;         // standard errors between a repeat and its proper place
-constexpr double kSamePlace = 0.5;    // error between two codings of one picture over a sample's
-constexpr double kNear = 4.0;         // standard errors within which a sample is where it should be
-constexpr double kStands = 0.3;       // of the step that is missing
-constexpr double kMuchBetter = 0.4;   // ratio of residuals
-constexpr double kFitsWell = 0.01;    // below this there is nothing to be had by another clock
-constexpr std::size_t kCadence = 12;  // frames on either side that show a cadence
+constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
+constexpr double kSpeaks = 0.5;      // odds of the coder from which it does, as a logarithm
+constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
+constexpr double kNear = 4.0;        // standard errors within which a sample is where it should be
+constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
+constexpr std::size_t kAround = 12;  // frames on either side that say
+constexpr double kEnough = 0.55;     // how many of the moving must differ
+constexpr double kThen = 0.1;        // of the step that is missing, the error before it
+constexpr double kAsGood = 2.0;      // ratio of residuals
+constexpr double kRoughly = 0.03;    // of the range, the residual of a fit that says anything
+constexpr double kCoarse = 6.0;      // or over the floor
+constexpr double kStands = 0.3;      // of the step that is missing
+constexpr double kMuchBetter = 0.4;  // ratio of residuals
+constexpr double kFitsWell = 0.01;   // below this there is nothing to be had by another clock
 constexpr std::size_t kLongestPeriod = 6;  // of a converter: 25 frames from 30
-constexpr double kMostly = 0.6;  // of the fresh pictures that must differ from the one before
-constexpr double kFits = 0.1;    // residual over the range of motion
-
-/// What a frame's moment shows in: one coordinate of one marker, or the light.
-struct Path {
-  std::vector<double> y;     // one a frame; nan where lost
-  double floor = 0.0;        // least error of a sample
-  double least_range = 0.0;  // below it nothing moves
-  double stood = 0.0;        // most between two codings of one picture
-  [[nodiscard]] double at(std::size_t n) const { return y[n]; }
-};
+constexpr double kFits = 0.1;              // residual over the range of motion
 
 Path path_of(const MarkerTrack& track, int axis) {
   Path path{{}, kFloor_px, kMotion_px, kStood_px};
   for (const Eigen::Vector2d& px : track.position_px) path.y.push_back(px[axis]);
   return path;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// The better of two fits.
@@ -84,9 +77,10 @@ class RepeatFinder {
 
   std::vector<bool> find() {
     const std::size_t num_frames = m_likeness.size();
+    const std::vector<bool> cadence = find_cadence(m_likeness, m_paths);
     std::vector<bool> open(num_frames, false);
     for (std::size_t n = 1; n < num_frames; ++n) {
-      m_repeats[n] = m_likeness[n] == Likeness::Same || in_cadence(n);
+      m_repeats[n] = m_likeness[n] == Likeness::Same || cadence[n];
       open[n] = m_likeness[n] == Likeness::Alike && !m_repeats[n];
     }
     for (std::size_t n = 1; n < num_frames; ++n) {
@@ -111,53 +105,6 @@ class RepeatFinder {
     std::size_t period = 0;
   };
   enum class Side { Both, Before, After };  // of a frame: where samples are taken from
-
-  /// Whether the film shows each picture twice or three times here, and this is not the first.
-  [[nodiscard]] bool in_cadence(std::size_t frame) const {
-    if (m_likeness[frame] == Likeness::Different) return false;
-    const std::size_t first = frame - std::min(frame, kCadence);
-    const std::size_t end = std::min(frame + kCadence + 1, m_likeness.size());
-    if (end - first <= kCadence) return false;
-    for (const std::size_t period : {2, 3}) {
-      for (std::size_t fresh = frame + 1; fresh < frame + period; ++fresh) {
-        int num_fresh = 0;
-        int num_different = 0;
-        bool others_alike = true;
-        for (std::size_t n = first; n < end; ++n) {
-          const bool different = m_likeness[n] == Likeness::Different;
-          if (n % period == fresh % period) {
-            ++num_fresh;
-            num_different += different ? 1 : 0;
-          } else if (different && n > 0) {
-            others_alike = false;
-          }
-        }
-        if (others_alike && num_different >= kMostly * num_fresh &&
-            stands_between(first, end, fresh % period, period)) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  /// Whether what moves does so with every so manieth frame and stands in the others.
-  [[nodiscard]] bool stands_between(std::size_t first,
-                                    std::size_t end,
-                                    std::size_t fresh,
-                                    std::size_t period) const {
-    return std::none_of(m_paths.begin(), m_paths.end(), [&](const Path& path) {
-      std::vector<double> moving;
-      std::vector<double> standing;
-      for (std::size_t n = std::max<std::size_t>(first, 1); n < end; ++n) {
-        const double step = std::abs(path.at(n) - path.at(n - 1));
-        if (std::isfinite(step)) (n % period == fresh ? moving : standing).push_back(step);
-      }
-      if (moving.empty() || standing.empty()) return false;
-      const double most = median(moving);
-      return most > kStands * kMotion_px && median(standing) > kStands * most;
-    });
-  }
 
   [[nodiscard]] bool may_use(std::size_t n, Witness witness) const {
     return witness == Witness::Different ? m_likeness[n] == Likeness::Different : !m_repeats[n];
@@ -255,9 +202,12 @@ class RepeatFinder {
   [[nodiscard]] bool stands_still(std::size_t frame) const {
     std::size_t origin = frame - 1;  // the picture that would be repeated
     while (origin > 0 && m_repeats[origin]) --origin;
-    if (m_run[frame] <= kMaxRun) {
+    if (m_run[frame] <= kMaxRun && mostly_different(frame)) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && stands_still(*path, frame, origin)) return true;
+    } else if (frame + 1 < m_likeness.size() && m_likeness[frame + 1] == Likeness::Different) {
+      const Path* path = liveliest(frame, origin, Witness::Different);
+      if (path && begins_late(*path, frame, origin)) return true;
     }
     if (!m_light.y.empty() && range(m_light, frame, Witness::NoRepeat) > kRipple &&
         stands_among_all(m_light, frame, origin)) {
@@ -265,6 +215,19 @@ class RepeatFinder {
     }
     const Path* path = liveliest(frame, origin, Witness::NoRepeat);
     return path && stands_among_all(*path, frame, origin);
+  }
+
+  /// Whether enough pictures here differ to tell the motion: at four frames a period every other
+  /// one may be like the one before, and those left fit slow motions as well as the true one.
+  [[nodiscard]] bool mostly_different(std::size_t frame) const {
+    double different = 0.0;
+    double moving = 0.0;
+    const std::size_t end = std::min(frame + kAround + 1, m_likeness.size());
+    for (std::size_t n = frame - std::min(frame, kAround); n < end; ++n) {
+      different += m_likeness[n] == Likeness::Different ? 1.0 : 0.0;
+      moving += m_run[n] <= kMaxRun ? 1.0 : 0.0;
+    }
+    return different > kEnough * moving;
   }
 
   /// Where many pictures are alike: told by all other frames.
@@ -275,11 +238,15 @@ class RepeatFinder {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return fit && should_have_moved(*fit,
-                                    evidence(frame),
-                                    path.at(frame),
-                                    path.at(origin),
-                                    time_before(origin, frame, Clock{}));
+    return fit && should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
+  }
+
+  /// Where a motion begins after a long standstill: told by what follows.
+  [[nodiscard]] bool begins_late(const Path& path, std::size_t frame, std::size_t origin) const {
+    const auto fit =
+        best_fit(samples(path, frame, Witness::Different, Clock{}, Side::After), path.floor);
+    return fit && fit->residual < kSideFits * range(path, frame, Witness::Different) &&
+           should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -291,8 +258,11 @@ class RepeatFinder {
     std::optional<LocalFit> plain = fit_by(Clock{});
     // About a release, or where a hand comes in, no one motion fits both sides.
     if (!plain || plain->residual > kFitsWell * range_px) {
-      plain = better(std::move(plain), fit_by(Clock{}, Side::Before));
-      plain = better(std::move(plain), fit_by(Clock{}, Side::After));
+      for (const Side side : {Side::Before, Side::After}) {
+        std::optional<LocalFit> alone = fit_by(Clock{}, side);
+        if (alone && alone->residual < kSideFits * range_px)
+          plain = better(std::move(plain), std::move(alone));
+      }
     }
     constexpr Clock kCounted{Count::NoRepeat};
     const std::optional<LocalFit> counted = fit_by(kCounted);
@@ -300,23 +270,45 @@ class RepeatFinder {
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
     const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(*fit, evidence(frame), path.at(frame), path.at(origin), origin_time))
-      return true;
+    if (should_have_moved(path, *fit, frame, origin, origin_time)) {
+      return by_count || !others_explain(path, *fit, frame);
+    }
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
-  /// should be: the odds of its place and the coder's multiply.
-  static bool should_have_moved(
-      const LocalFit& fit, double evidence, double here_px, double origin_px, double origin_time) {
+  /// should be: the odds of its place and the coder's multiply. A coder leaves what moved by little
+  /// where it was; that is no repeat unless it says so by more.
+  [[nodiscard]] bool should_have_moved(const Path& path,
+                                       const LocalFit& fit,
+                                       std::size_t frame,
+                                       std::size_t origin,
+                                       double origin_time) const {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
-    const double off = (now.at - here_px) / now.error;
-    const double moved = (here_px - origin_px) / (kSamePlace * now.error);
-    return std::abs(here_px - origin_px) < kStands * std::abs(now.at - origin_px) &&
-           off * off - moved * moved + 2.0 * evidence > kAway * kAway &&
-           std::abs(then.at - origin_px) < kNear * then.error;
+    const double missing = std::abs(now.at - path.at(origin));
+    const double done = path.at(frame) - path.at(origin);
+    const double off = (now.at - path.at(frame)) / now.error;
+    const double moved = done / (kSamePlace * now.error);
+    const double says = evidence(frame);
+    const double range_here = range(path, frame, Witness::NoRepeat);
+    if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
+    return (missing > path.stood || says > kSpeaks) && std::abs(done) < kStands * missing &&
+           off * off - moved * moved + 2.0 * says > kAway * kAway &&
+           std::abs(then.at - path.at(origin)) < std::max(kNear * then.error, kThen * missing);
+  }
+
+  /// Whether the pictures that are alike, taken for honest ones too, leave the frame where it is:
+  /// without them the others may fit another motion as well as the true one.
+  [[nodiscard]] bool others_explain(const Path& path,
+                                    const LocalFit& fit,
+                                    std::size_t frame) const {
+    const auto all = best_fit(
+        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
+    return all && all->residual < kAsGood * fit.residual &&
+           std::abs(all->at(0.0).at - path.at(frame)) <
+               0.5 * std::abs(fit.at(0.0).at - path.at(frame));
   }
 
   /// Whether a motion fits to better than `residual_px` once the frame is taken out of time, with
