@@ -23,10 +23,6 @@ constexpr double kSoft = 0.12;           // blur over marker size
 constexpr double kSteady_px = 0.05;
 constexpr double kShaky_px = 2.0;
 
-void add(Findings& findings, const char* subject, CheckVerdict verdict, std::string sentence) {
-  findings.push_back({subject, verdict, std::move(sentence)});
-}
-
 void check_light(const FilmInspection& film, Findings& findings) {
   const auto least =
       std::min_element(film.markers.begin(), film.markers.end(), [](const auto& a, const auto& b) {

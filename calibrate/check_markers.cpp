@@ -23,10 +23,6 @@ constexpr double kPaper = 1.5;        // paper over ink
 constexpr double kMostTurn = 30.0;    // degrees that the search for the layout allows
 constexpr double kThinSpread = 0.15;  // of the fixed markers' narrow over their wide extent
 
-void add(Findings& findings, const char* subject, CheckVerdict verdict, std::string sentence) {
-  findings.push_back({subject, verdict, std::move(sentence)});
-}
-
 CheckVerdict verdict_of_size(double size_px) {
   if (size_px < kLeast_px) return CheckVerdict::Problem;
   return size_px < kWanted_px ? CheckVerdict::Warning : CheckVerdict::Ok;

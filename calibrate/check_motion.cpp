@@ -32,10 +32,6 @@ std::string millimetres(double metres) {
   return rounded_text(metres * kMillimetresPerMetre, 2) + " mm";
 }
 
-void add(Findings& findings, const char* subject, CheckVerdict verdict, std::string sentence) {
-  findings.push_back({subject, verdict, std::move(sentence)});
-}
-
 /// Of a part whose modulus nobody states: which moduli suit the frame rate.
 void check_range_of_moduli(const CheckSubject& subject, Findings& findings) {
   const double unit_hz = subject.motion.frequency_hz.front();

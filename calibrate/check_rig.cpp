@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 
@@ -32,6 +33,13 @@ void CheckOptions::check() const {
     throw InputError(fmt::format("exposure_s is {}, must be > 0", *exposure_s));
   }
   if (max_dofs < 1) throw InputError(fmt::format("max_dofs is {}, must be > 0", max_dofs));
+}
+
+void detail::add(Findings& findings,
+                 const char* subject,
+                 CheckVerdict verdict,
+                 std::string sentence) {
+  findings.push_back({subject, verdict, std::move(sentence)});
 }
 
 double detail::CheckSubject::largest_swing_m() const {

@@ -17,7 +17,7 @@
 namespace twang {
 namespace {
 
-double smallest_edge_m(const Rig& rig) {
+double smallest_edge_of_solids_m(const Rig& rig) {
   double smallest = kInfinity;
   for (const PartSolid& solid : rig.parts) {
     if (const auto* box = std::get_if<Box>(&solid.shape))
@@ -175,7 +175,8 @@ RenderTruth render_rig(const Rig& rig,
                                  rig.file.string()));
   report_progress(options.progress, {"eigenmodes", 0.0, 1.0});
   MeshRung rung;
-  rung.mesh = mesh_part(rig, options.dx_m.value_or(smallest_edge_m(rig)), options.element);
+  rung.mesh =
+      mesh_part(rig, options.dx_m.value_or(smallest_edge_of_solids_m(rig)), options.element);
   rung.held_nodes = clamped_nodes(rung.mesh, rig);
   ElasticBody body(rung.mesh,
                    std::vector<ElasticMaterial>(rung.mesh.material_names.size(), material),

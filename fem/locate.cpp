@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "fem/detail/element_geometry.hpp"
 #include "fem/hex_mesh.hpp"
 
 #include <Eigen/LU>
@@ -15,12 +16,6 @@ namespace {
 /// A point this near to an element, in units of its size, lies in it.
 constexpr double kInsideTolerance = 1e-9;
 constexpr int kMaxIterations = 60;
-
-Eigen::Matrix3Xd positions_of(const HexMesh& mesh, int element) {
-  Eigen::Matrix3Xd X(3, mesh.elements.rows());
-  for (int a = 0; a < X.cols(); ++a) X.col(a) = mesh.nodes.col(mesh.elements(a, element));
-  return X;
-}
 
 Eigen::Matrix3d jacobian_at(const HexMesh& mesh,
                             const Eigen::Matrix3Xd& X,

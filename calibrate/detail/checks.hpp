@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace twang::detail {
@@ -25,6 +26,7 @@ struct CheckSubject {
 };
 
 using Findings = std::vector<CheckFinding>;
+void add(Findings& findings, const char* subject, CheckVerdict verdict, std::string sentence);
 
 void check_frequency(const CheckSubject& subject, Findings& findings);
 void check_swing(const CheckSubject& subject, Findings& findings);

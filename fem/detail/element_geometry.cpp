@@ -9,17 +9,18 @@
 #include <algorithm>
 
 namespace twang {
-namespace {
-
-/// Elements whose nodes differ by no more than this part of their size count as congruent; well
-/// above the round-off of node positions.
-constexpr double kCongruence = 1e-9;
 
 Eigen::Matrix3Xd positions_of(const HexMesh& mesh, int element) {
   Eigen::Matrix3Xd X(3, mesh.elements.rows());
   for (int a = 0; a < X.cols(); ++a) X.col(a) = mesh.nodes.col(mesh.elements(a, element));
   return X;
 }
+
+namespace {
+
+/// Elements whose nodes differ by no more than this part of their size count as congruent; well
+/// above the round-off of node positions.
+constexpr double kCongruence = 1e-9;
 
 void check_connectivity(const HexMesh& mesh) {
   if (mesh.num_elements() == 0) throw InputError("the mesh has no element");

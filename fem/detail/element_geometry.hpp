@@ -10,6 +10,9 @@
 
 namespace twang {
 
+/// Where an element's nodes are, (3 x nodes) [m].
+[[nodiscard]] Eigen::Matrix3Xd positions_of(const HexMesh& mesh, int element);
+
 /// Shape gradients and weights of a mesh's elements at their quadrature points, kept for batches of
 /// kLanes consecutive elements: one table if all elements are congruent (a voxel mesh), else one
 /// for each batch.

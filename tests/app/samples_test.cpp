@@ -83,11 +83,19 @@ TEST(SampleFilms, AreSmall) {
   }
 }
 
-TEST(LRig, NumericalModulusIsTwoAndAHalfTimesBelowTheIdentified) {
+TEST(LRig, CoarseMeshAtOneElementIsTwoAndAHalfTimesTooStiff) {
   const CommandOutcome outcome = run_twang(
       {"coarsen", std::string(TWANG_SOURCE_DIR) + "/rigs/lrig.toml", "--dx", "1.5", "--json", "-"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto ladder = nlohmann::json::parse(outcome.out);
+  // CalculiX at E = 1 GPa: C3D8 73.139 Hz and C3D20 46.46 Hz at 1.5 mm, C3D20 45.97 Hz at 0.75 mm.
+  const auto hertz = [](const nlohmann::json& rung) {
+    return rung.at("natural_frequency_hz").at(0).get<double>() * std::sqrt(1e9);
+  };
+  ASSERT_EQ(ladder.at("candidates").size(), 1U);  // the one asked for, and so the chosen one
+  EXPECT_NEAR(hertz(ladder.at("candidates").front()), 73.139, 1e-3 * 73.139);
+  EXPECT_NEAR(hertz(ladder.at("reference").front()), 46.46, 1e-3 * 46.46);
+  EXPECT_NEAR(hertz(ladder.at("reference").back()), 45.97, 1e-3 * 45.97);
   // paper: 1.66/0.65 and 2.06/0.81; C3D8 at 1.5 mm over the limit of C3D20 gives 2.54
   EXPECT_NEAR(
       ladder.at("chosen").at("modulus_identified_over_numerical").get<double>(), 2.54, 0.08);

@@ -19,7 +19,7 @@ namespace twang::test {
 namespace {
 
 constexpr double kFps = 240.0;
-constexpr double kModulus_pa = 12.7e9;
+constexpr double kModulus_pa = 6.72e9;
 
 bool any_holds(const std::vector<std::string>& sentences, const std::string& part) {
   return std::any_of(sentences.begin(), sentences.end(), [&](const std::string& sentence) {
