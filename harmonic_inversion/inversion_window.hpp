@@ -13,6 +13,7 @@ namespace twang {
 /// The samples that an inversion works on.
 struct InversionWindow {
   std::vector<SampleSeries> series;  ///< one a trace and channel
+  std::size_t num_traces = 0;        ///< the series of one stand together
   std::vector<double>
       origins_s;            ///< time origin of each series: the first row used in its trace [s]
   double end_s = 0.0;       ///< last sample of the first trace used [s]

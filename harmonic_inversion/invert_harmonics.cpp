@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/amplitude_dependence.hpp"
 #include "harmonic_inversion/inversion_window.hpp"
 #include "harmonic_inversion/select_modes.hpp"
 
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -242,7 +244,7 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   out.time_origin_s = window.origins_s.front();
   out.time_end_s = window.end_s;
   out.release_s = window.release_s;
-  out.notes = window.notes;
+  out.remarks = window.notes;
 
   const Band band = choose_band(options, window);
   SelectionOptions selecting;
@@ -266,6 +268,9 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   }
   add_alias_notes(1.0 / window.step_s, out);
   add_overlap_notes(out);
+  AmplitudeDependence dependence = amplitude_dependence(window.series, window.num_traces, out);
+  out.amplitude_windows = std::move(dependence.windows);
+  if (!dependence.sentence.empty()) out.notes.push_back(std::move(dependence.sentence));
   out.method = describe_method(selection, out);
   out.termination = selection.fit.termination;
   out.message = describe(out);
