@@ -50,6 +50,20 @@ struct AmplitudeWindow {
   double decay_sigma_per_s = kNaN;
 };
 
+/// The strongest mode by another method, see `check_decay`.
+struct DecayCheck {
+  std::string method;          ///< "logarithmic decrement" or "Morlet wavelet"
+  std::string channel;         ///< the one looked at
+  double frequency_hz = kNaN;  ///< nan where it found none
+  double frequency_sigma_hz = kNaN;
+  double decay_per_s = kNaN;
+  double decay_sigma_per_s = kNaN;
+  int num_points = 0;   ///< on the straight line
+  std::string message;  ///< why there is no value; empty where there is one
+
+  [[nodiscard]] bool usable() const { return message.empty(); }
+};
+
 /// What harmonic inversion found in one or several channels that share their poles.
 ///
 ///     y_c(t) = offset_c + sum_k A_kc exp(-d_k (t - t0)) sin(2 pi f_k (t - t0) + theta_kc),   t0 =
@@ -74,6 +88,7 @@ struct InversionResult {
   std::vector<std::string> remarks;  ///< how the window was chosen: one sentence each
   /// The strongest mode while its amplitude falls, see `amplitude_dependence`.
   std::vector<AmplitudeWindow> amplitude_windows;
+  std::vector<DecayCheck> decay_checks;  ///< filled by those who ask for them, see `check_decay`
 
   [[nodiscard]] bool usable() const { return !modes.empty(); }
   /// The time origin of a channel: its entry in `channel_origins_s`, else `time_origin_s` [s].

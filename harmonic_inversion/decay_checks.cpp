@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "harmonic_inversion/decay_checks.hpp"
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "harmonic_inversion/checked_signal.hpp"
+#include "harmonic_inversion/logarithmic_decrement.hpp"
+#include "harmonic_inversion/morlet_ridge.hpp"
+#include "harmonic_inversion/ridge_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace twang {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kJointSigmas = 3.0;  // beyond which a check disagrees
+constexpr double kRelative = 0.02;    // of d, and beyond that too
+constexpr double kRoundOff = 1e-10;   // of the amplitude: the least noise
+
+CheckedSignal prepare(const Trace& trace,
+                      const Channel& channel,
+                      const InversionResult& result,
+                      std::size_t c) {
+  CheckedSignal signal;
+  signal.modes = result.modes;
+  signal.channel = c;
+  InversionResult mode_removed = result;
+  mode_removed.modes.erase(mode_removed.modes.begin());
+  InversionResult modes_removed = result;
+  modes_removed.modes.clear();
+  const Channel* later = trace.time_offset_of(channel.name);
+  std::vector<double> t;
+  std::vector<double> value;
+  std::vector<double> alone;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < trace.num_samples(); ++i) {
+    if (trace.time_s[i] < result.origin_s(c) || trace.time_s[i] > result.time_end_s) continue;
+    const double time = trace.time_s[i] + (later == nullptr ? 0.0 : later->values[i]);
+    const double y = channel.values[i];
+    if (!std::isfinite(y) || !std::isfinite(time)) continue;
+    t.push_back(time - result.origin_s(c));
+    value.push_back(y - modes_removed.evaluate(c, time));
+    alone.push_back(y - mode_removed.evaluate(c, time));
+    squares += std::pow(y - result.evaluate(c, time), 2);
+  }
+  const auto count = static_cast<Index>(t.size());
+  signal.time_s = VectorXd::Map(t.data(), count);
+  signal.value = VectorXd::Map(value.data(), count);
+  signal.mode_alone = VectorXd::Map(alone.data(), count);
+  const double unknowns = 2.0 + 4.0 * static_cast<double>(result.modes.size());
+  const double freedom = std::max(1.0, static_cast<double>(count) - unknowns);
+  signal.noise = std::max(std::sqrt(squares / freedom), kRoundOff * signal.amplitude());
+  return signal;
+}
+
+}  // namespace
+
+RidgeLine fit_ridge_line(const VectorXd& x, const VectorXd& y, const MatrixXd& covariance) {
+  const VectorXd weight = covariance.diagonal().cwiseInverse();
+  RidgeLine line;
+  line.mean_x = weight.dot(x) / weight.sum();
+  line.mean = weight.dot(y) / weight.sum();
+  const VectorXd centred = x.array() - line.mean_x;
+  const VectorXd q = weight.cwiseProduct(centred) / weight.dot(centred.cwiseProduct(centred));
+  line.slope = q.dot(y);
+  const VectorXd rest = y.array() - line.mean - line.slope * centred.array();
+  const MatrixXd keeps = MatrixXd::Identity(x.size(), x.size()) -
+                         VectorXd::Ones(x.size()) * (weight / weight.sum()).transpose() -
+                         centred * q.transpose();
+  const double expected = weight.dot((keeps * covariance * keeps.transpose()).diagonal());
+  const double found = weight.dot(rest.cwiseProduct(rest));
+  const double excess = expected > 0.0 ? std::max(1.0, found / expected) : 1.0;
+  line.slope_sigma = std::sqrt(q.dot(covariance * q) * excess);
+  return line;
+}
+
+std::vector<DecayCheck> check_decay(const Trace& trace,
+                                    const std::string& channel,
+                                    const InversionResult& result,
+                                    std::size_t channel_index) {
+  const Channel* samples = trace.find(channel);
+  if (samples == nullptr)
+    throw InputError(fmt::format("column {} is not in the trace whose decay is checked", channel));
+  if (channel_index >= result.channel_names.size()) {
+    throw InputError(fmt::format("channel_index is {}, must be below {}, the number of channels",
+                                 channel_index,
+                                 result.channel_names.size()));
+  }
+  if (!result.usable()) return {};
+  const CheckedSignal signal = prepare(trace, *samples, result, channel_index);
+  std::vector<DecayCheck> checks = {logarithmic_decrement(signal), morlet_ridge(signal)};
+  for (DecayCheck& check : checks) check.channel = channel;
+  return checks;
+}
+
+std::vector<DecayCheck> check_decay(const Trace& trace, const InversionResult& result) {
+  if (!result.usable()) return {};
+  const std::vector<SinusoidInChannel>& parts = result.modes.front().channels;
+  std::size_t best = 0;
+  double best_ratio = -1.0;
+  for (std::size_t c = 0; c < parts.size(); ++c) {
+    const double sigma = parts[c].amplitude_sigma;
+    const double ratio = sigma > 0.0 ? parts[c].amplitude / sigma : parts[c].amplitude;
+    if (ratio > best_ratio) {
+      best_ratio = ratio;
+      best = c;
+    }
+  }
+  return check_decay(trace, result.channel_names[best], result, best);
+}
+
+std::string disagreement(const DecayCheck& check, const DampedSinusoid& mode) {
+  if (!check.usable()) return {};
+  const double difference = std::abs(check.decay_per_s - mode.decay_per_s);
+  const double fit_sigma = std::isfinite(mode.decay_sigma_per_s) ? mode.decay_sigma_per_s : 0.0;
+  const double joint = std::hypot(check.decay_sigma_per_s, fit_sigma);
+  if (difference <= kJointSigmas * joint || difference <= kRelative * std::abs(mode.decay_per_s))
+    return {};
+  return fmt::format(
+      "{}: the {} gives a decay of {} ± {} 1/s, the fit {} ± {} 1/s; the motion may not be a pure "
+      "exponential, or the noise not white.",
+      check.channel,
+      check.method,
+      rounded_text(check.decay_per_s, 4),
+      rounded_text(check.decay_sigma_per_s, 2),
+      rounded_text(mode.decay_per_s, 4),
+      rounded_text(mode.decay_sigma_per_s, 2));
+}
+
+InversionResult with_decay_checks(InversionResult result, const Trace& trace) {
+  result.decay_checks = check_decay(trace, result);
+  for (const DecayCheck& check : result.decay_checks) {
+    std::string sentence = disagreement(check, result.modes.front());
+    if (!sentence.empty()) result.notes.push_back(std::move(sentence));
+  }
+  return result;
+}
+
+}  // namespace twang
