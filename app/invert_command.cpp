@@ -4,8 +4,10 @@
 #include "app/terminal.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
+#include "harmonic_inversion/decay_checks.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
 #include "harmonic_inversion/releases.hpp"
+#include "report/material_table.hpp"
 
 #include <fmt/format.h>
 
@@ -26,6 +28,23 @@ struct InvertCommand {
   bool each_release = false;
   std::string json;
 };
+
+/// One line a check; nothing for none.
+std::string text_of(const std::vector<DecayCheck>& checks) {
+  std::string text;
+  for (const DecayCheck& check : checks) {
+    if (!check.usable()) {
+      text += fmt::format("check by {}: {}\n", check.method, check.message);
+      continue;
+    }
+    text += fmt::format("check by {}: d {} 1/s, f {} Hz ({} points)\n",
+                        check.method,
+                        text_with_sigma(check.decay_per_s, check.decay_sigma_per_s),
+                        text_with_sigma(check.frequency_hz, check.frequency_sigma_hz),
+                        check.num_points);
+  }
+  return text;
+}
 
 std::string table_of(const InversionResult& result) {
   std::string text = fmt::format("window {:.4f} .. {:.4f} s, {} samples; {}\n",
@@ -55,6 +74,7 @@ std::string table_of(const InversionResult& result) {
   }
   text += fmt::format(
       "residual {:.3g} rms, {:.1f} dB below the strongest\n", result.residual_rms, result.snr_db);
+  text += text_of(result.decay_checks);
   for (const std::string& remark : result.remarks) text += "note: " + remark + "\n";
   for (const std::string& note : result.notes) text += "warning: " + note + "\n";
   return text;
@@ -143,11 +163,15 @@ void run(const InvertCommand& command) {
       InversionOptions within = options;  // the parts are cut already
       within.start_s.reset();
       within.end_s.reset();
-      return compare_repeats(releases, columns, within);
+      RepeatedInversion repeated = compare_repeats(releases, columns, within);
+      for (std::size_t n = 0; n < releases.size(); ++n) {
+        repeated.alone[n] = with_decay_checks(std::move(repeated.alone[n]), releases[n]);
+      }
+      return repeated;
     });
   } else {
     invert_groups<InversionResult>(command, groups, [&](const auto& columns) {
-      return invert_harmonics(trace, columns, options);
+      return with_decay_checks(invert_harmonics(trace, columns, options), trace);
     });
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/report_page.hpp"
 
+#include "app/motion_sections.hpp"
 #include "capture/png.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang::app {
 namespace {
@@ -69,86 +71,6 @@ ReportSection film_section(const Repeat& repeat) {
                           track.lost_because});
   }
   section.tables.push_back(std::move(table));
-  return section;
-}
-
-ReportSection trace_section(const Repeat& repeat) {
-  const InversionResult& inversion = repeat.inversion;
-  const Channel& channel = *repeat.trace.find(repeat.columns.front());
-  ReportSection section;
-  section.title = "The trace and its fit";
-  section.paragraphs.push_back(fmt::format(
-      "Found by {}. Used from {} s to {} s, {} samples; the residual lies {} dB below the "
-      "strongest sinusoid.",
-      inversion.method,
-      rounded_text(inversion.time_origin_s, 5),
-      rounded_text(inversion.time_end_s, 5),
-      inversion.num_samples,
-      rounded_text(inversion.snr_db, 3)));
-  Chart chart;
-  chart.x_label = "time [s]";
-  chart.y_label = channel.name;
-  chart.series.push_back(
-      {"tracked", repeat.trace.time_s, channel.values, ChartSeries::Style::Points});
-  ChartSeries fit{"fit", {}, {}, ChartSeries::Style::Line};
-  Chart residual;
-  residual.x_label = "time [s]";
-  residual.y_label = "tracked - fit, " + channel.name;
-  ChartSeries rest{"residual", {}, {}, ChartSeries::Style::Points};
-  constexpr int kPointsPerPeriod = 24;
-  const double step_s = 1.0 / (inversion.modes.front().frequency_hz * kPointsPerPeriod);
-  for (double t = inversion.time_origin_s; t <= inversion.time_end_s; t += step_s) {
-    fit.x.push_back(t);
-    fit.y.push_back(inversion.evaluate(0, t));
-  }
-  const Channel* offset_s = repeat.trace.time_offset_of(channel.name);
-  for (std::size_t i = 0; i < repeat.trace.num_samples(); ++i) {
-    const double t = repeat.trace.time_s[i] + (offset_s == nullptr ? 0.0 : offset_s->values[i]);
-    if (!std::isfinite(t)) continue;
-    if (t < inversion.time_origin_s || t > inversion.time_end_s) continue;
-    rest.x.push_back(t);
-    rest.y.push_back(channel.values[i] - inversion.evaluate(0, t));
-  }
-  chart.series.push_back(std::move(fit));
-  chart.marks.push_back({inversion.time_origin_s, "start"});
-  residual.series.push_back(std::move(rest));
-  section.charts = {std::move(chart), std::move(residual)};
-  return section;
-}
-
-ReportSection spectrum_section(const Repeat& repeat) {
-  ReportSection section;
-  section.title = "The spectrum and the sinusoids found";
-  Chart chart;
-  chart.x_label = "frequency [Hz]";
-  chart.y_label = "amplitude, " + repeat.columns.front();
-  chart.log_y = true;
-  chart.series.push_back({"spectrum",
-                          repeat.spectrum.frequency_hz,
-                          repeat.spectrum.amplitude,
-                          ChartSeries::Style::Line});
-  TextTable table;
-  table.head = {"f [Hz]", "sigma [Hz]", "d [1/s]", "sigma [1/s]", "damping ratio [-]", "amplitude"};
-  for (const DampedSinusoid& mode : repeat.inversion.modes) {
-    chart.marks.push_back({mode.frequency_hz, rounded_text(mode.frequency_hz, 4) + " Hz"});
-    table.rows.push_back({rounded_text(mode.frequency_hz, 6),
-                          rounded_text(mode.frequency_sigma_hz, 2),
-                          rounded_text(mode.decay_per_s, 5),
-                          rounded_text(mode.decay_sigma_per_s, 2),
-                          rounded_text(mode.damping_ratio(), 4),
-                          rounded_text(mode.channels.front().amplitude, 4)});
-  }
-  section.charts.push_back(std::move(chart));
-  section.tables.push_back(std::move(table));
-  if (!repeat.inversion.rejected.empty()) {
-    TextTable rejected;
-    rejected.head = {"rejected f [Hz]", "d [1/s]", "because"};
-    for (const RejectedMode& mode : repeat.inversion.rejected) {
-      rejected.rows.push_back(
-          {rounded_text(mode.frequency_hz, 5), rounded_text(mode.decay_per_s, 4), mode.reason});
-    }
-    section.tables.push_back(std::move(rejected));
-  }
   return section;
 }
 
@@ -343,8 +265,8 @@ ReportContent report_page(const Rig& rig, const Calibration& calibration) {
   content.remarks = calibration.remarks;
   for (const Repeat& repeat : calibration.repeats) {
     if (repeat.film) content.sections.push_back(film_section(repeat));
-    content.sections.push_back(trace_section(repeat));
-    content.sections.push_back(spectrum_section(repeat));
+    for (ReportSection& section : motion_sections(repeat))
+      content.sections.push_back(std::move(section));
   }
   content.sections.push_back(ladder_section(calibration));
   if (calibration.validation && calibration.validation->run.usable()) {

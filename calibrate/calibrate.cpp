@@ -11,6 +11,7 @@
 #include "core/trace_file.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
+#include "harmonic_inversion/decay_checks.hpp"
 #include "rigs/observable.hpp"
 
 #include <fmt/chrono.h>
@@ -79,10 +80,12 @@ void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& opt
     throw NumericalFailure(fmt::format(
         "{}: no vibration was found: {}", repeat.file.string(), repeat.inversion.message));
   }
+  repeat.inversion = with_decay_checks(std::move(repeat.inversion), repeat.trace);
   repeat.spectrum = amplitude_spectrum(repeat.trace,
                                        *repeat.trace.find(repeat.columns.front()),
                                        repeat.inversion.time_origin_s,
                                        repeat.inversion.time_end_s);
+  repeat.model_spectrum = model_spectrum(repeat.trace, repeat.inversion);
 }
 
 void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {

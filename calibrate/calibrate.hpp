@@ -41,6 +41,8 @@ struct Repeat {
   std::vector<std::string> columns;  ///< those inverted
   InversionResult inversion;
   Spectrum spectrum;  ///< of the first column, in the window used
+  /// Of the inversion's model at the same time stamps, with the same window and padding.
+  Spectrum model_spectrum;
 };
 
 /// Everything a calibration found on its way from film to material.

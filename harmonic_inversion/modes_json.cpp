@@ -34,6 +34,25 @@ Json mode_json(const DampedSinusoid& mode) {
           {"channels", channels}};
 }
 
+Json check_json(const DecayCheck& check) {
+  return {{"method", check.method},
+          {"channel", check.channel},
+          {"frequency_hz", finite_or_null(check.frequency_hz)},
+          {"frequency_sigma_hz", finite_or_null(check.frequency_sigma_hz)},
+          {"decay_per_s", finite_or_null(check.decay_per_s)},
+          {"decay_sigma_per_s", finite_or_null(check.decay_sigma_per_s)},
+          {"num_points", check.num_points},
+          {"message", check.message}};
+}
+
+/// `decay_checks`, where there are any.
+void add_checks(Json& out, const InversionResult& result) {
+  if (result.decay_checks.empty()) return;
+  out["decay_checks"] = Json::array();
+  for (const DecayCheck& check : result.decay_checks)
+    out["decay_checks"].push_back(check_json(check));
+}
+
 /// The fields of one inversion, in the order of the format's description.
 void add_fields(Json& out, const InversionResult& result) {
   out["time_origin_s"] = finite_or_null(result.time_origin_s);
@@ -72,6 +91,7 @@ void add_fields(Json& out, const InversionResult& result) {
          {"decay_per_s", finite_or_null(window.decay_per_s)},
          {"decay_sigma_per_s", finite_or_null(window.decay_sigma_per_s)}});
   }
+  add_checks(out, result);
 }
 
 /// What one recording says alone of the mode that all share.
@@ -81,14 +101,16 @@ Json repeat_json(const RepeatedInversion& repeated, std::size_t n) {
   const auto value = [&](double DampedSinusoid::*field) {
     return mode == nullptr ? Json(nullptr) : finite_or_null(mode->*field);
   };
-  return {{"release_s", alone.release_s ? finite_or_null(*alone.release_s) : Json(nullptr)},
-          {"time_origin_s", finite_or_null(alone.time_origin_s)},
-          {"time_end_s", finite_or_null(alone.time_end_s)},
-          {"frequency_hz", value(&DampedSinusoid::frequency_hz)},
-          {"frequency_sigma_hz", value(&DampedSinusoid::frequency_sigma_hz)},
-          {"decay_per_s", value(&DampedSinusoid::decay_per_s)},
-          {"decay_sigma_per_s", value(&DampedSinusoid::decay_sigma_per_s)},
-          {"message", alone.message}};
+  Json out = {{"release_s", alone.release_s ? finite_or_null(*alone.release_s) : Json(nullptr)},
+              {"time_origin_s", finite_or_null(alone.time_origin_s)},
+              {"time_end_s", finite_or_null(alone.time_end_s)},
+              {"frequency_hz", value(&DampedSinusoid::frequency_hz)},
+              {"frequency_sigma_hz", value(&DampedSinusoid::frequency_sigma_hz)},
+              {"decay_per_s", value(&DampedSinusoid::decay_per_s)},
+              {"decay_sigma_per_s", value(&DampedSinusoid::decay_sigma_per_s)},
+              {"message", alone.message}};
+  add_checks(out, alone);
+  return out;
 }
 
 /// Adds the fields of recordings inverted together, and of each alone.

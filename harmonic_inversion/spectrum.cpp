@@ -85,4 +85,18 @@ Spectrum amplitude_spectrum(const Trace& trace,
   return out;
 }
 
+Spectrum model_spectrum(const Trace& trace, const InversionResult& inversion) {
+  const std::string& name = inversion.channel_names.front();
+  const Channel* channel = trace.find(name);
+  if (channel == nullptr)
+    throw InputError(fmt::format("column {} is not in the trace whose model is drawn", name));
+  const Channel* later = trace.time_offset_of(name);
+  Channel model{name, {}};
+  for (std::size_t i = 0; i < trace.num_samples(); ++i) {
+    const double time = trace.time_s[i] + (later == nullptr ? 0.0 : later->values[i]);
+    model.values.push_back(std::isfinite(channel->values[i]) ? inversion.evaluate(0, time) : kNaN);
+  }
+  return amplitude_spectrum(trace, model, inversion.time_origin_s, inversion.time_end_s);
+}
+
 }  // namespace twang

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/trace.hpp"
+#include "harmonic_inversion/invert_harmonics.hpp"
 
 #include <vector>
 
@@ -21,5 +22,10 @@ struct Spectrum {
                                           const Channel& channel,
                                           double start_s,
                                           double end_s);
+
+/// The same of an inversion's model in its first channel, sampled as the trace is, in the window
+/// that was inverted.
+/// @throws InputError if the trace has not that channel, or as `amplitude_spectrum`
+[[nodiscard]] Spectrum model_spectrum(const Trace& trace, const InversionResult& inversion);
 
 }  // namespace twang

@@ -13,6 +13,7 @@ struct ChartSeries {
   std::vector<double> x;
   std::vector<double> y;
   enum class Style { Line, Points, Dashed } style = Style::Line;
+  std::vector<double> y_sigma = {};  ///< half length of the error bars, as many as y; empty: none
 };
 
 /// A vertical line with a label.
@@ -28,6 +29,7 @@ struct Chart {
   std::vector<ChartSeries> series;
   std::vector<ChartMark> marks;
   bool log_y = false;
+  bool log_x = false;  ///< what is not positive is left out
 };
 
 /// A table of texts; the first row is the head.

@@ -18,7 +18,7 @@ struct Sample {
   ChartCell cell;
 };
 
-std::vector<Sample> sorted_samples(const ChartSeries& series, bool log_y) {
+std::vector<Sample> sorted_samples(const ChartSeries& series, const Chart& chart) {
   if (series.x.size() != series.y.size()) {
     throw InputError(
         fmt::format("chart series \"{}\": has {} x and {} y, must have as many of each",
@@ -29,8 +29,8 @@ std::vector<Sample> sorted_samples(const ChartSeries& series, bool log_y) {
   std::vector<Sample> samples;
   samples.reserve(series.x.size());
   for (std::size_t i = 0; i < series.x.size(); ++i) {
-    if (!std::isfinite(series.x[i])) continue;
-    const bool drawable = std::isfinite(series.y[i]) && (!log_y || series.y[i] > 0.0);
+    if (!std::isfinite(series.x[i]) || (chart.log_x && series.x[i] <= 0.0)) continue;
+    const bool drawable = std::isfinite(series.y[i]) && (!chart.log_y || series.y[i] > 0.0);
     samples.push_back(
         {series.x[i],
          {drawable ? ChartCell::Kind::Value : ChartCell::Kind::Gap, drawable ? series.y[i] : 0.0}});
@@ -102,12 +102,34 @@ std::string json_array(const Items& items, const Text& text) {
   return json + "]";
 }
 
+/// The ends of a series' error bars, where both place and length are known.
+std::string bars_json(const ChartSeries& series, const Chart& chart) {
+  if (series.y_sigma.empty()) return "[]";
+  if (series.y_sigma.size() != series.y.size()) {
+    throw InputError(fmt::format(
+        "chart series \"{}\": has {} y and {} sigmas, must have as many of each or none",
+        series.label,
+        series.y.size(),
+        series.y_sigma.size()));
+  }
+  std::vector<std::string> bars;
+  for (std::size_t i = 0; i < series.y.size(); ++i) {
+    const double low = series.y[i] - series.y_sigma[i];
+    const double high = series.y[i] + series.y_sigma[i];
+    if (!std::isfinite(series.x[i]) || !std::isfinite(low) || !std::isfinite(high)) continue;
+    if ((chart.log_x && series.x[i] <= 0.0) || (chart.log_y && low <= 0.0)) continue;
+    bars.push_back(
+        fmt::format("[{},{},{}]", json_number(series.x[i]), json_number(low), json_number(high)));
+  }
+  return json_array(bars, [](const std::string& bar) { return bar; });
+}
+
 }  // namespace
 
 AlignedChart align_series(const Chart& chart) {
   std::vector<std::vector<Sample>> columns;
   for (const ChartSeries& series : chart.series) {
-    columns.push_back(sorted_samples(series, chart.log_y));
+    columns.push_back(sorted_samples(series, chart));
   }
   columns.push_back(mark_places(chart.marks));
 
@@ -136,7 +158,7 @@ AlignedChart align_series(const Chart& chart) {
 
 bool has_values(const Chart& chart) {
   return std::any_of(chart.series.begin(), chart.series.end(), [&](const ChartSeries& series) {
-    const std::vector<Sample> samples = sorted_samples(series, chart.log_y);
+    const std::vector<Sample> samples = sorted_samples(series, chart);
     return std::any_of(samples.begin(), samples.end(), [](const Sample& sample) {
       return sample.cell.kind == ChartCell::Kind::Value;
     });
@@ -147,20 +169,23 @@ std::string chart_json(const Chart& chart) {
   const AlignedChart aligned = align_series(chart);
   std::string series;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    series += fmt::format("{}{{\"label\":{},\"style\":\"{}\",\"y\":{}}}",
+    series += fmt::format("{}{{\"label\":{},\"style\":\"{}\",\"y\":{},\"bars\":{}}}",
                           i == 0 ? "" : ",",
                           json_string_for_script(chart.series[i].label),
                           style_name(chart.series[i].style),
-                          json_array(aligned.rows[i], cell_json));
+                          json_array(aligned.rows[i], cell_json),
+                          bars_json(chart.series[i], chart));
   }
   const std::string marks = json_array(chart.marks, [](const ChartMark& mark) {
     return fmt::format(
         "{{\"x\":{},\"label\":{}}}", json_number(mark.x), json_string_for_script(mark.label));
   });
   return fmt::format(
-      "{{\"x_label\":{},\"y_label\":{},\"log_y\":{},\"marks\":{},\"x\":{},\"series\":[{}]}}",
+      "{{\"x_label\":{},\"y_label\":{},\"log_x\":{},\"log_y\":{},\"marks\":{},\"x\":{},\"series\":["
+      "{}]}}",
       json_string_for_script(chart.x_label),
       json_string_for_script(chart.y_label),
+      chart.log_x,
       chart.log_y,
       marks,
       json_array(aligned.x, json_number),

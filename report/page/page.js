@@ -82,7 +82,7 @@
       pxAlign: 0,  // samples stay where they are, between pixels too
       dash: series.style === "dashed" ? [6, 4] : undefined,
       paths: points ? () => null : undefined,
-      points: { show: points || few, size: few ? 6 : 4, width: 0, fill: stroke, stroke, filter: lonely_samples },
+      points: { show: points || few, size: few || series.bars.length ? 6 : 4, width: 0, fill: stroke, stroke, filter: lonely_samples },
       value: (plot, value) => value_text(value),
     };
   }
@@ -148,6 +148,55 @@
     };
   }
 
+  const all_bars = (content) => content.series.flatMap((series) => series.bars);
+
+  // From what uPlot found in the samples to what the error bars of the shown places need.
+  function range_with_bars(content) {
+    return (plot, low, high) => {
+      if (low == null || high == null) return [null, null];
+      const { min, max } = plot.scales.x;
+      const bars = all_bars(content).filter(([x]) => (min == null || x >= min) && (max == null || x <= max));
+      const lowest = Math.min(low, ...bars.map((bar) => bar[1]));
+      const highest = Math.max(high, ...bars.map((bar) => bar[2]));
+      return content.log_y ? uPlot.rangeLog(lowest, highest, 10, false) : uPlot.rangeNum(lowest, highest, 0.1, false);
+    };
+  }
+
+  // Half a tenth of room at the sides, so that no point stands on the frame.
+  function padded_log_range(plot, low, high) {
+    if (low == null || high == null) return [null, null];
+    const room = Math.max((high / low) ** 0.05, 1.02);
+    return [low / room, high * room];
+  }
+
+  function draw_bars(content) {
+    return (plot, index) => {
+      const series = content.series[index - 1];
+      if (!series || !series.bars.length || !plot.series[index].show) return;
+      const { ctx, bbox } = plot;
+      const cap = 3.5 * devicePixelRatio;
+      ctx.save();
+      ctx.beginPath();
+      ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+      ctx.clip();
+      ctx.strokeStyle = color(`--series-${((index - 1) % kNumColors) + 1}`);
+      ctx.lineWidth = 1.4 * devicePixelRatio;
+      for (const [x, low, high] of series.bars) {
+        const place = plot.valToPos(x, "x", true);
+        const ends = [low, high].map((y) => plot.valToPos(y, "y", true));
+        ctx.beginPath();
+        ctx.moveTo(place, ends[0]);
+        ctx.lineTo(place, ends[1]);
+        for (const end of ends) {
+          ctx.moveTo(place - cap, end);
+          ctx.lineTo(place + cap, end);
+        }
+        ctx.stroke();
+      }
+      ctx.restore();
+    };
+  }
+
   function axis_options(label, log) {
     const filter = log ? { filter: (plot, ticks) => main_log_ticks(ticks) } : {};
     return {
@@ -177,9 +226,15 @@
       width,
       height: height_for(width),
       padding: [room_for_marks(content.marks), null, null, null],
-      scales: { x: { time: false }, y: content.log_y ? { distr: 3 } : {} },
+      scales: {
+        x: content.log_x ? { time: false, distr: 3, range: padded_log_range } : { time: false },
+        y: {
+          ...(content.log_y ? { distr: 3 } : {}),
+          ...(all_bars(content).length ? { range: range_with_bars(content) } : {}),
+        },
+      },
       axes: [
-        { ...axis_options(content.x_label, false), size: 30, labelSize: 22 },
+        { ...axis_options(content.x_label, content.log_x), size: 30, labelSize: 22 },
         { ...axis_options(content.y_label, content.log_y), size: y_axis_size, labelSize: 22 },
       ],
       series: [
@@ -196,7 +251,7 @@
           dash: (plot, index) => (content.series[index - 1].style === "dashed" ? "dashed" : "solid"),
         },
       },
-      hooks: { draw: [draw_marks(content.marks)] },
+      hooks: { draw: [draw_marks(content.marks)], drawSeries: [draw_bars(content)] },
     };
     chart.plot = new uPlot(options, chart.data, host);
   }
