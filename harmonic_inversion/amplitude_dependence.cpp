@@ -2,8 +2,8 @@
 #include "harmonic_inversion/amplitude_dependence.hpp"
 
 #include "core/constants.hpp"
+#include "harmonic_inversion/mode_window.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <fmt/format.h>
 
@@ -11,13 +11,11 @@
 #include <cmath>
 #include <complex>
 #include <numeric>
-#include <optional>
 
 namespace twang {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSinksTo = 3.0;  // of the residual, the amplitude at the end of the last window
@@ -26,95 +24,9 @@ constexpr double kLeastPeriods = 2.0;
 constexpr double kLeastFall = 0.4;     // of ln A, in a window: a fifth of a decade
 constexpr double kMostWindows = 8.0;   // of one recording
 constexpr double kLeastSurplus = 2.0;  // samples of a window over its unknowns
-constexpr int kIterations = 30;
-constexpr double kRoundOff = 1e-12;   // of f
-constexpr double kStep = 1e-10;       // of f, at which the iteration stops
-constexpr double kCounts = 3.0;       // sigmas from which a trend counts
-constexpr double kNegligible = 1e-4;  // of f, and a hundred times that of d: no trend to speak of
-
-/// The samples of one window, without what is not the mode; time from its middle.
-struct WindowSamples {
-  std::vector<VectorXd> time_s;  // one a channel
-  std::vector<VectorXd> value;
-  double start_s = 0.0;  // in the recording's time
-  double end_s = 0.0;
-  std::size_t recording = 0;
-  [[nodiscard]] Index size() const {
-    Index sum = 0;
-    for (const VectorXd& channel : value) sum += channel.size();
-    return sum;
-  }
-  [[nodiscard]] Index num_unknowns() const { return 2 + 2 * static_cast<Index>(value.size()); }
-};
-
-/// The mode in one window: f, d and their covariance for unit variance of the residual.
-struct WindowFit {
-  double frequency_hz = 0.0;
-  double decay_per_s = 0.0;
-  double amplitude = 0.0;  // in the middle
-  Eigen::Matrix2d covariance;
-  double sum_of_squares = 0.0;
-  Index freedom = 0;
-};
-
-/// Gauss-Newton for f and d of one damped sinusoid, its amplitudes solved for with them.
-std::optional<WindowFit> fit_window(const WindowSamples& samples, double f, double d) {
-  const Index columns = samples.num_unknowns();
-  const auto num_channels = static_cast<Index>(samples.value.size());
-  VectorXd x = VectorXd::Zero(2 * num_channels);  // cosine and sine of each channel
-  WindowFit fit;
-  double step = 0.0;
-  for (int iteration = 0; iteration <= kIterations; ++iteration) {
-    MatrixXd normal = MatrixXd::Zero(columns, columns);
-    VectorXd right = VectorXd::Zero(columns);
-    fit.sum_of_squares = 0.0;
-    for (Index c = 0; c < num_channels; ++c) {
-      const VectorXd& t = samples.time_s[static_cast<std::size_t>(c)];
-      const VectorXd& y = samples.value[static_cast<std::size_t>(c)];
-      for (Index i = 0; i < t.size(); ++i) {
-        const double size = std::exp(-d * t(i));
-        const double cosine = size * std::cos(kTwoPi * f * t(i));
-        const double sine = size * std::sin(kTwoPi * f * t(i));
-        const double a = x(2 * c);
-        const double b = x(2 * c + 1);
-        const double model = a * cosine + b * sine;
-        VectorXd row = VectorXd::Zero(columns);
-        row(0) = kTwoPi * t(i) * (b * cosine - a * sine);
-        row(1) = -t(i) * model;
-        row(2 + 2 * c) = cosine;
-        row(3 + 2 * c) = sine;
-        const double r = y(i) - model;
-        fit.sum_of_squares += r * r;
-        normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
-        right += r * row;
-      }
-    }
-    normal = normal.selfadjointView<Eigen::Lower>();
-    const bool only_amplitudes = iteration == 0;  // f and d have no effect before there are some
-    if (only_amplitudes) {
-      x = normal.bottomRightCorner(columns - 2, columns - 2).ldlt().solve(right.tail(columns - 2));
-      continue;
-    }
-    const Eigen::LDLT<MatrixXd> ldlt(normal);
-    if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 0.0)) return std::nullopt;
-    if (iteration > 1 && step <= kStep * f) {
-      fit.frequency_hz = f;
-      fit.decay_per_s = d;
-      fit.amplitude = x.norm();
-      fit.freedom = samples.size() - columns;
-      fit.covariance = ldlt.solve(MatrixXd::Identity(columns, columns)).topLeftCorner<2, 2>();
-      return fit;
-    }
-    const VectorXd change = ldlt.solve(right);
-    if (!change.allFinite()) return std::nullopt;
-    f += change(0);
-    d += change(1);
-    x += change.tail(columns - 2);
-    step = std::abs(change(0)) + std::abs(change(1)) / kTwoPi;
-    if (!(f > 0.0)) return std::nullopt;
-  }
-  return std::nullopt;
-}
+constexpr double kRoundOff = 1e-12;    // of f
+constexpr double kCounts = 3.0;        // sigmas from which a trend counts
+constexpr double kNegligible = 1e-4;   // of f, and a hundred times that of d: no trend to speak of
 
 /// The strongest mode of an inversion with what overlaps it, which may be no more than its change
 /// with amplitude; all else is taken away from the samples.
