@@ -25,6 +25,8 @@ constexpr Index kMaxPencilSamples = 256;
 constexpr Index kMinProposalSamples = 8;
 /// Highest number of sinusoids a pencil is asked for.
 constexpr int kMaxPencilModes = 5;
+/// The pencil finds the order itself.
+constexpr int kOwnOrder = 0;
 /// The signal lives until this part of its energy has passed.
 constexpr double kLivingEnergy = 0.998;
 
@@ -79,16 +81,15 @@ Index living_length(const VectorXd& value) {
 PoleProposal by_filter_diagonalization(const EvenSeries& signal, const Band& band_hz) {
   PoleProposal out{"filter diagonalization", {}};
   const double nyquist = 0.5 / signal.step_s;
-  for (Band band : interesting_bands(signal, band_hz)) {
-    band.high_hz = std::min(band.high_hz, nyquist);
-    if (band.low_hz >= band.high_hz) continue;
-    for (const PoleCandidate& candidate : filter_diagonalize(signal, band)) {
-      const DampedPole& pole = candidate.pole;
-      if (candidate.error > kMaxCandidateError) continue;
-      if (pole.decay_per_s * signal.step_s > 1.5) continue;
-      if (pole.decay_per_s > kTwoPi * pole.frequency_hz) continue;
-      out.candidates.push_back(candidate);
-    }
+  std::vector<Band> bands = interesting_bands(signal, band_hz);
+  for (Band& band : bands) band.high_hz = std::min(band.high_hz, nyquist);
+  std::erase_if(bands, [](const Band& band) { return band.low_hz >= band.high_hz; });
+  for (const PoleCandidate& candidate : filter_diagonalize(signal, bands)) {
+    const DampedPole& pole = candidate.pole;
+    if (candidate.error > kMaxCandidateError) continue;
+    if (pole.decay_per_s * signal.step_s > 1.5) continue;
+    if (pole.decay_per_s > kTwoPi * pole.frequency_hz) continue;
+    out.candidates.push_back(candidate);
   }
   std::sort(
       out.candidates.begin(),
@@ -111,14 +112,10 @@ EvenSeries thinned(const EvenSeries& signal, Index length, Index factor) {
 void add_pencils(const EvenSeries& signal,
                  Index length,
                  const Band& band_hz,
+                 const std::vector<int>& orders,
                  std::vector<PoleProposal>& out) {
   const Index factor = std::max<Index>(1, (length + kMaxPencilSamples - 1) / kMaxPencilSamples);
   const EvenSeries thin = thinned(signal, length, factor);
-  std::vector<int> orders;
-  for (int modes = 1; modes <= kMaxPencilModes; ++modes) {
-    orders.push_back(2 * modes);
-    orders.push_back(2 * modes + 1);  // room for what the baseline left
-  }
   for (std::vector<PoleCandidate>& found : matrix_pencil(thin, orders)) {
     std::erase_if(found, [&](const PoleCandidate& candidate) {
       const DampedPole& pole = candidate.pole;
@@ -187,9 +184,17 @@ std::vector<PoleProposal> propose_by_matrix_pencil(const SampleSeries& series,
   std::vector<PoleProposal> out;
   const std::optional<EvenSeries> even = on_even_grid(series, step_s);
   if (!even || even->value.size() < kMinProposalSamples) return out;
+  std::vector<int> orders = {kOwnOrder};
+  for (int modes = 1; modes <= kMaxPencilModes; ++modes) {
+    orders.push_back(2 * modes);
+    orders.push_back(2 * modes + 1);  // room for what the baseline left
+  }
+  const Index all = even->value.size();
   const Index living = living_length(even->value);
-  add_pencils(*even, living, band_hz, out);
-  if (living > kMaxPencilSamples) add_pencils(*even, kMaxPencilSamples, band_hz, out);
+  add_pencils(*even, living, band_hz, orders, out);
+  if (living > kMaxPencilSamples) add_pencils(*even, kMaxPencilSamples, band_hz, orders, out);
+  // Many modes need every sample.
+  if (living < all && all <= kMaxPencilSamples) add_pencils(*even, all, band_hz, {kOwnOrder}, out);
   return out;
 }
 
