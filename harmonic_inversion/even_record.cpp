@@ -26,6 +26,12 @@ constexpr double kOffGrid = 1e-6;
 constexpr double kLeastResidual = 1e-8;
 /// More samples than this part without weight are left to the plain way.
 constexpr double kMaxExcludedPart = 1e-3;
+/// Moments stand for the samples where the residual is above this part of the signal's energy, and
+/// where no more digits than these cancel between overlapping sinusoids.
+constexpr double kLeastZoomedResidual = 1e-7;
+constexpr double kMaxCancelling = 1e4;
+/// From |1 - z| N = this on geometric sums lose no digits by division.
+constexpr double kFarFromOne = 30.0;
 /// The largest exponent of a growing pole.
 constexpr double kMaxExponent = 100.0;
 
@@ -33,9 +39,30 @@ Complex exponent_of(const DampedPole& pole) {
   return {-pole.decay_per_s, kTwoPi * pole.frequency_hz};
 }
 
-/// sum_{n < count} n^q e^(s n), q = 0, 1, 2, without cancellation however close e^s is to 1.
+/// 1 - e^s.
+Complex one_minus_exp(Complex s) {
+  const double half = std::sin(0.5 * s.imag());
+  return {2.0 * half * half - std::expm1(s.real()) * std::cos(s.imag()),
+          -std::exp(s.real()) * std::sin(s.imag())};
+}
+
+/// sum_{n < count} n^q e^(s n), q = 0, 1, 2, without cancellation however close e^s is to 1: by
+/// doubling the number of terms there, else
+///
+///     (1 - z) S_0 = 1 - z^N,   (1 - z) S_1 = z S_0 - N z^N,   (1 - z) S_2 = z (S_0 + 2 S_1) - N²
+///     z^N
 std::array<Complex, 3> geometric_moments(Complex s, Index count) {
   std::array<Complex, 3> sum{};
+  const auto all = static_cast<double>(count);
+  const Complex rest = one_minus_exp(s);
+  if (std::abs(rest) * all > kFarFromOne) {
+    const Complex last = std::exp(s * all);
+    const Complex z = 1.0 - rest;
+    sum[0] = (1.0 - last) / rest;
+    sum[1] = (z * sum[0] - all * last) / rest;
+    sum[2] = (z * (sum[0] + 2.0 * sum[1]) - all * all * last) / rest;
+    return sum;
+  }
   Index have = 0;
   int bits = 0;
   while ((count >> bits) > 0) ++bits;
@@ -103,26 +130,62 @@ class EvenRecord::Sinusoids {
   MatrixXd m_timed;
 };
 
+EvenRecord::EvenRecord(const SampleSeries& series, double step_s)
+    : m_series(&series), m_step_s(step_s), m_zoomed(series.value, series.time_s(0), step_s, {}) {}
+
 std::optional<EvenRecord> EvenRecord::from(const SampleSeries& series, const VectorXd& weights) {
   const Index n = series.time_s.size();
   if (n < kLongRecord) return std::nullopt;
-  EvenRecord out(series);
   const double start = series.time_s(0);
-  out.m_step_s = (series.time_s(n - 1) - start) / static_cast<double>(n - 1);
+  const double step = (series.time_s(n - 1) - start) / static_cast<double>(n - 1);
   for (Index i = 0; i < n; ++i) {
-    const double off = series.time_s(i) - (start + static_cast<double>(i) * out.m_step_s);
-    if (!(std::abs(off) <= kOffGrid * out.m_step_s)) return std::nullopt;
+    const double off = series.time_s(i) - (start + static_cast<double>(i) * step);
+    if (!(std::abs(off) <= kOffGrid * step)) return std::nullopt;
   }
-  if (weights.size() == 0) return out;
-  out.m_weight = weights.maxCoeff();
-  for (Index i = 0; i < n; ++i) {
-    if (weights(i) == out.m_weight) continue;
-    if (weights(i) != 0.0) return std::nullopt;
-    out.m_excluded.push_back(i);
-  }
-  if (static_cast<double>(out.m_excluded.size()) > kMaxExcludedPart * static_cast<double>(n))
-    return std::nullopt;
+  EvenRecord out(series, step);
+  out.sum_up_alone();
+  if (weights.size() > 0 && !out.set_weights(weights)) return std::nullopt;
   return out;
+}
+
+Index EvenRecord::num_used() const {
+  return m_series->value.size() - static_cast<Index>(m_excluded.size());
+}
+
+VectorXd EvenRecord::weights() const {
+  VectorXd out = VectorXd::Constant(m_series->value.size(), m_weight);
+  for (const Index i : m_excluded) out(i) = 0.0;
+  return out;
+}
+
+bool EvenRecord::set_weights(const VectorXd& weights) {
+  const double weight = weights.maxCoeff();
+  std::vector<Index> excluded;
+  for (Index i = 0; i < weights.size(); ++i) {
+    if (weights(i) == weight) continue;
+    if (weights(i) != 0.0) return false;
+    excluded.push_back(i);
+  }
+  if (static_cast<double>(excluded.size()) > kMaxExcludedPart * static_cast<double>(weights.size()))
+    return false;
+  m_weight = weight;
+  if (excluded == m_excluded) return true;
+  m_excluded = std::move(excluded);
+  m_zoomed = ZoomedRecord(m_series->value, m_series->time_s(0), m_step_s, m_excluded);
+  sum_up_alone();
+  return true;
+}
+
+void EvenRecord::sum_up_alone() {
+  m_sum = m_series->value.sum();
+  m_timed = m_series->value.dot(m_series->time_s);
+  m_squares = m_series->value.squaredNorm();
+  for (const Index i : m_excluded) {
+    const double value = m_series->value(i);
+    m_sum -= value;
+    m_timed -= value * m_series->time_s(i);
+    m_squares -= value * value;
+  }
 }
 
 bool EvenRecord::can_evaluate(const std::vector<DampedPole>& poles, double duration_s) {
@@ -223,6 +286,23 @@ EvenRecord::Sums EvenRecord::sum_up(const std::vector<DampedPole>& poles,
   return out;
 }
 
+EvenRecord::Sums EvenRecord::sum_up_quickly(const std::vector<DampedPole>& poles,
+                                            bool fit_drift,
+                                            bool timed) const {
+  const Index first = column_of_pole(fit_drift, 0);
+  const auto num = 2 * static_cast<Index>(poles.size());
+  Sums out{VectorXd(first + num), VectorXd(timed ? num : 0)};
+  out.basis(0) = m_sum;
+  if (fit_drift) out.basis(1) = m_timed / duration_of(*m_series);
+  for (std::size_t k = 0; k < poles.size(); ++k) {
+    const ZoomedRecord::Sums sums = m_zoomed.at(exponent_of(poles[k]));
+    const Index at = 2 * static_cast<Index>(k);
+    out.basis.segment<2>(first + at) << sums.plain.real(), sums.plain.imag();
+    if (timed) out.timed.segment<2>(at) << sums.timed.real(), sums.timed.imag();
+  }
+  return out;
+}
+
 VectorXd EvenRecord::evaluate_model(const std::vector<DampedPole>& poles,
                                     bool fit_drift,
                                     const VectorXd& coefficients) const {
@@ -277,12 +357,20 @@ std::optional<ProjectedFit> EvenRecord::fit_projected(const std::vector<DampedPo
 
   ProjectedFit out;
   out.triangle = regular_triangle(gram);
-  double signal = 0.0;
-  const VectorXd right = sum_up(poles, fit_drift, {}, false, signal).basis;
+  Sums left = sum_up_quickly(poles, fit_drift, with_derivatives);
+  const VectorXd right = left.basis;
   out.coefficients = solve_normal(out.triangle, right);
-  const Sums left =
-      sum_up(poles, fit_drift, out.coefficients, with_derivatives, out.sum_of_squares);
-  if (!(out.sum_of_squares > kLeastResidual * signal)) return std::nullopt;
+  left.basis -= gram * out.coefficients;
+  out.sum_of_squares = m_squares - out.coefficients.dot(right + left.basis);
+  const double cancelling = out.coefficients.cwiseAbs2().dot(gram.diagonal());
+  if (with_derivatives) left.timed -= by_timed.transpose() * out.coefficients;
+  if (!(out.sum_of_squares > kLeastZoomedResidual * m_squares &&
+        cancelling < kMaxCancelling * m_squares)) {
+    // The residual itself, not its square by subtraction.
+    out.sum_of_squares = 0.0;
+    left = sum_up(poles, fit_drift, out.coefficients, with_derivatives, out.sum_of_squares);
+    if (!(out.sum_of_squares > kLeastResidual * m_squares)) return std::nullopt;
+  }
   // As in the plain way: what the residual still has in the span of B corrects the coefficients.
   const VectorXd correction = solve_normal(out.triangle, left.basis);
   if (with_derivatives) {

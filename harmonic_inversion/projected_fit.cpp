@@ -2,7 +2,6 @@
 #include "harmonic_inversion/projected_fit.hpp"
 
 #include "core/constants.hpp"
-#include "harmonic_inversion/even_record.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -147,9 +146,6 @@ ProjectedFit fit_projected(const SampleSeries& series,
                            const std::vector<DampedPole>& poles,
                            bool fit_drift,
                            bool with_derivatives) {
-  if (const auto even = EvenRecord::from(series, weights)) {
-    if (auto fit = even->fit_projected(poles, fit_drift, with_derivatives)) return *fit;
-  }
   const Index columns = column_of_pole(fit_drift, poles.size());
   const Index parameters = 2 * static_cast<Index>(poles.size());
   const Index n = series.value.size();
@@ -201,9 +197,6 @@ VectorXd evaluate_model(const SampleSeries& series,
                         const std::vector<DampedPole>& poles,
                         bool fit_drift,
                         const VectorXd& coefficients) {
-  const auto even = EvenRecord::from(series, {});
-  if (even && EvenRecord::can_evaluate(poles, duration_of(series)))
-    return even->evaluate_model(poles, fit_drift, coefficients);
   VectorXd out(series.value.size());
   for (Index first = 0; first < out.size(); first += kBlock) {
     const Block block(series, {}, first, fit_drift);
