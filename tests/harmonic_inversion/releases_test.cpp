@@ -132,6 +132,12 @@ TEST(Releases, ARecordInFreeMotionIsOnePart) {
   EXPECT_EQ(parts[0].time_s, trace.time_s);
 }
 
+TEST(Releases, StartBehindTheRecordIsRefused) {
+  InversionOptions options;
+  options.start_s = 100.0;
+  EXPECT_THROW((void)cut_at_releases(PulledAndReleased{}.film(), {"y_mm"}, options), InputError);
+}
+
 TEST(Releases, UnknownColumnIsRefused) {
   EXPECT_THROW((void)cut_at_releases(PulledAndReleased{}.film(), {"x_mm"}), InputError);
 }
