@@ -52,7 +52,7 @@ std::vector<Trace> cut_at_releases(const Trace& trace,
   if (trace.num_samples() == 0) throw InputError("the trace is empty, expected at least 8 samples");
   const double last = std::min(options.end_s.value_or(kInfinity), trace.time_s.back());
   double from = std::max(options.start_s.value_or(-kInfinity), trace.time_s.front());
-  if (!(from < last)) {
+  if (!(from <= last)) {
     throw InputError(
         fmt::format("nothing lies between the start, {:.6g} s, and the end, {:.6g} s, "
                     "of what is looked at, expected at least 8 samples",
