@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/motion_sections.hpp"
 
+#include "core/constants.hpp"
 #include "core/text.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
 #include "report/material_table.hpp"
@@ -138,6 +139,20 @@ ReportSection trace_section(const Repeat& repeat) {
   return section;
 }
 
+/// The spectrum of the fit, as far down as that of the trace reaches.
+ChartSeries fit_spectrum(const Repeat& repeat) {
+  const std::vector<double>& trace = repeat.spectrum.amplitude;
+  const double floor = *std::min_element(trace.begin(), trace.end());
+  ChartSeries series{"spectrum of the fit",
+                     repeat.model_spectrum.frequency_hz,
+                     repeat.model_spectrum.amplitude,
+                     ChartSeries::Style::Dashed};
+  for (double& amplitude : series.y) {
+    if (amplitude < floor) amplitude = kNaN;
+  }
+  return series;
+}
+
 ReportSection spectrum_section(const Repeat& repeat) {
   ReportSection section;
   section.title = "The spectrum and the sinusoids found";
@@ -149,10 +164,7 @@ ReportSection spectrum_section(const Repeat& repeat) {
                           repeat.spectrum.frequency_hz,
                           repeat.spectrum.amplitude,
                           ChartSeries::Style::Line});
-  chart.series.push_back({"spectrum of the fit",
-                          repeat.model_spectrum.frequency_hz,
-                          repeat.model_spectrum.amplitude,
-                          ChartSeries::Style::Dashed});
+  chart.series.push_back(fit_spectrum(repeat));
   TextTable table;
   table.head = {"f [Hz]", "sigma [Hz]", "d [1/s]", "sigma [1/s]", "damping ratio [-]", "amplitude"};
   for (const DampedSinusoid& mode : repeat.inversion.modes) {

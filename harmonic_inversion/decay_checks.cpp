@@ -25,6 +25,34 @@ constexpr double kJointSigmas = 3.0;  // beyond which a check disagrees
 constexpr double kRelative = 0.02;    // of d, and beyond that too
 constexpr double kRoundOff = 1e-10;   // of the amplitude: the least noise
 
+constexpr double kDense = 48.0;  // samples a period; of more than twice as many, means
+
+/// The samples as columns: time, value, mode alone, residual.
+using Rows = Eigen::MatrixX4d;
+
+/// Means over equal stretches of time where there are far more samples than a period needs; they
+/// shrink a sinusoid by a constant factor.
+Rows thinned(const Rows& rows, double period_s) {
+  const Index count = rows.rows();
+  if (count < 2) return rows;
+  const double span_s = rows(count - 1, 0) - rows(0, 0);
+  const double step_s = span_s / static_cast<double>(count - 1);
+  const double each = std::floor(period_s / (kDense * step_s));
+  if (each < 2.0) return rows;
+  Rows out(count, 4);
+  Index filled = 0;
+  Index first = 0;
+  const auto stretch = [&](Index i) {
+    return std::floor((rows(i, 0) - rows(0, 0)) / (each * step_s) + 0.5 / each);
+  };
+  for (Index i = 1; i <= count; ++i) {
+    if (i < count && stretch(i) == stretch(first)) continue;
+    out.row(filled++) = rows.middleRows(first, i - first).colwise().mean();
+    first = i;
+  }
+  return out.topRows(filled);
+}
+
 CheckedSignal prepare(const Trace& trace,
                       const Channel& channel,
                       const InversionResult& result,
@@ -37,27 +65,27 @@ CheckedSignal prepare(const Trace& trace,
   InversionResult modes_removed = result;
   modes_removed.modes.clear();
   const Channel* later = trace.time_offset_of(channel.name);
-  std::vector<double> t;
-  std::vector<double> value;
-  std::vector<double> alone;
-  double squares = 0.0;
+  Rows rows(static_cast<Index>(trace.num_samples()), 4);
+  Index count = 0;
   for (std::size_t i = 0; i < trace.num_samples(); ++i) {
     if (trace.time_s[i] < result.origin_s(c) || trace.time_s[i] > result.time_end_s) continue;
     const double time = trace.time_s[i] + (later == nullptr ? 0.0 : later->values[i]);
     const double y = channel.values[i];
     if (!std::isfinite(y) || !std::isfinite(time)) continue;
-    t.push_back(time - result.origin_s(c));
-    value.push_back(y - modes_removed.evaluate(c, time));
-    alone.push_back(y - mode_removed.evaluate(c, time));
-    squares += std::pow(y - result.evaluate(c, time), 2);
+    rows.row(count++) << time - result.origin_s(c), y - modes_removed.evaluate(c, time),
+        y - mode_removed.evaluate(c, time), y - result.evaluate(c, time);
   }
-  const auto count = static_cast<Index>(t.size());
-  signal.time_s = VectorXd::Map(t.data(), count);
-  signal.value = VectorXd::Map(value.data(), count);
-  signal.mode_alone = VectorXd::Map(alone.data(), count);
   const double unknowns = 2.0 + 4.0 * static_cast<double>(result.modes.size());
-  const double freedom = std::max(1.0, static_cast<double>(count) - unknowns);
-  signal.noise = std::max(std::sqrt(squares / freedom), kRoundOff * signal.amplitude());
+  const double left = std::max(1.0, static_cast<double>(count) - unknowns);
+  const double widening = std::sqrt(static_cast<double>(count) / left);
+  rows = thinned(rows.topRows(count), 1.0 / signal.mode().frequency_hz);
+  signal.time_s = rows.col(0);
+  signal.value = rows.col(1);
+  signal.mode_alone = rows.col(2);
+  const double rms = rows.rows() > 0
+                         ? std::sqrt(rows.col(3).squaredNorm() / static_cast<double>(rows.rows()))
+                         : 0.0;
+  signal.noise = std::max(rms * widening, kRoundOff * signal.amplitude());
   return signal;
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/fourier.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
@@ -40,53 +41,99 @@ struct BasisSums {
   std::array<Complex, 3> diagonal{};
 };
 
-BasisSums sum_basis(const VectorXd& c, Index m, Complex z) {
-  BasisSums out;
-  Complex power = 1.0;
-  for (Index l = 0; l <= 2 * m; ++l) {
-    if (l % 64 == 0) power = std::pow(z, static_cast<double>(l));  // stops round-off from growing
-    const double weight = static_cast<double>(m - std::abs(m - l) + 1);
-    for (std::size_t p = 0; p < 3; ++p) {
-      const Complex term = c(l + static_cast<Index>(p)) * power;
-      (l <= m ? out.f : out.g)[p] += term;
-      out.diagonal[p] += weight * term;
+/// The basis functions of a whole record: z = exp(-i 2 pi k / L) on the grid of a Fourier transform
+/// of length L >= 2 M + 2, so that three transforms give the sums of all of them.
+class BasisGrid {
+ public:
+  BasisGrid(const VectorXd& c, Index m)
+      : m_c(c),
+        m_m(m),
+        m_length(static_cast<Index>(fast_length(static_cast<std::size_t>(2 * m + 2)))) {
+    VectorXd weighted(2 * m + 1);
+    for (Index l = 0; l <= 2 * m; ++l) {
+      weighted(l) = static_cast<double>(m - std::abs(m - l) + 1) * c(l);
     }
-    power *= z;
+    const auto length = static_cast<std::size_t>(m_length);
+    m_first = fourier_transform(c.head(m + 1), length);
+    m_second = fourier_transform(c.segment(m + 1, m), length);
+    m_weighted = fourier_transform(weighted, length);
   }
-  return out;
-}
 
-BasisMatrices assemble(const VectorXd& c, Index m, const VectorXcd& z) {
-  const Index size = z.size();
-  std::vector<BasisSums> sums;
-  BasisMatrices out;
-  out.overlap.resize(size);
-  VectorXcd z_power(size);  // z^(M+1)
-  for (Index j = 0; j < size; ++j) {
-    sums.push_back(sum_basis(c, m, z(j)));
-    out.overlap(j) = sums.back().f[0];
-    z_power(j) = std::polar(1.0, std::arg(z(j)) * static_cast<double>(m + 1));
+  [[nodiscard]] Index length() const { return m_length; }
+
+  /// z_k^n.
+  [[nodiscard]] Complex power(Index k, Index n) const {
+    const auto turns = static_cast<double>(k * n % m_length) / static_cast<double>(m_length);
+    return std::polar(1.0, -kTwoPi * turns);
   }
-  for (std::size_t p = 0; p < 3; ++p) {
-    out.u[p].resize(size, size);
+
+  /// By shifting the samples under the sums:
+  ///
+  ///     z F_(p+1) = F_p - c_p + c_(M+1+p) z^(M+1)
+  ///     z G_(p+1) = G_p - c_(M+1+p) z^(M+1) + c_(2M+1+p) z^(2M+1)
+  ///     z U_(p+1) = U_p - F_p + G_p + c_(2M+1+p) z^(2M+1)             (diagonals)
+  [[nodiscard]] BasisSums sums(Index k) const {
+    const auto at = static_cast<std::size_t>(k);
+    const Complex middle = power(k, m_m + 1);
+    const Complex end = power(k, 2 * m_m + 1);
+    const Complex back = power(k, m_length - 1);  // 1 / z
+    BasisSums out;
+    out.f[0] = m_first[at];
+    out.g[0] = middle * m_second[at];
+    out.diagonal[0] = m_weighted[at];
+    for (std::size_t p = 0; p < 2; ++p) {
+      const auto shift = static_cast<Index>(p);
+      const Complex at_middle = m_c(m_m + 1 + shift) * middle;
+      const Complex at_end = m_c(2 * m_m + 1 + shift) * end;
+      out.f[p + 1] = back * (out.f[p] - m_c(shift) + at_middle);
+      out.g[p + 1] = back * (out.g[p] - at_middle + at_end);
+      out.diagonal[p + 1] = back * (out.diagonal[p] - out.f[p] + out.g[p] + at_end);
+    }
+    return out;
+  }
+
+  /// U(p) of the `size` functions from `first` on.
+  [[nodiscard]] BasisMatrices assemble(Index first, Index size) const {
+    std::vector<BasisSums> all;
+    BasisMatrices out;
+    out.overlap.resize(size);
+    VectorXcd z(size);
+    VectorXcd z_power(size);  // z^(M+1)
     for (Index j = 0; j < size; ++j) {
-      const BasisSums& sj = sums[static_cast<std::size_t>(j)];
-      out.u[p](j, j) = sj.diagonal[p];
-      for (Index k = 0; k < j; ++k) {
-        const BasisSums& sk = sums[static_cast<std::size_t>(k)];
-        const Complex a = z(j);
-        const Complex b = z(k);
-        // b^-M = b / b^(M+1), and so for a.
-        const Complex value = (a * sj.f[p] - b * sk.f[p] + z_power(j) * b / z_power(k) * sk.g[p] -
-                               z_power(k) * a / z_power(j) * sj.g[p]) /
-                              (a - b);
-        out.u[p](j, k) = value;
-        out.u[p](k, j) = value;
+      all.push_back(sums(first + j));
+      out.overlap(j) = all.back().f[0];
+      z(j) = power(first + j, 1);
+      z_power(j) = power(first + j, m_m + 1);
+    }
+    for (std::size_t p = 0; p < 3; ++p) {
+      out.u[p].resize(size, size);
+      for (Index j = 0; j < size; ++j) {
+        const BasisSums& sj = all[static_cast<std::size_t>(j)];
+        out.u[p](j, j) = sj.diagonal[p];
+        for (Index k = 0; k < j; ++k) {
+          const BasisSums& sk = all[static_cast<std::size_t>(k)];
+          const Complex a = z(j);
+          const Complex b = z(k);
+          // b^-M = b / b^(M+1), and so for a.
+          const Complex value = (a * sj.f[p] - b * sk.f[p] + z_power(j) * b / z_power(k) * sk.g[p] -
+                                 z_power(k) * a / z_power(j) * sj.g[p]) /
+                                (a - b);
+          out.u[p](j, k) = value;
+          out.u[p](k, j) = value;
+        }
       }
     }
+    return out;
   }
-  return out;
-}
+
+ private:
+  const VectorXd& m_c;
+  Index m_m;
+  Index m_length;
+  std::vector<Complex> m_first;     ///< sum_{l = 0..M} c_l z^l
+  std::vector<Complex> m_second;    ///< sum_{l = 0..M-1} c_(M+1+l) z^l
+  std::vector<Complex> m_weighted;  ///< the diagonal of U(0)
+};
 
 /// Solves U(1) B = u U(0) B in the span of the significant singular vectors of U(0).
 void solve_window(const BasisMatrices& matrices,
@@ -119,6 +166,38 @@ void solve_window(const BasisMatrices& matrices,
   }
 }
 
+/// Cuts a band into overlapping windows of few enough basis functions and solves each.
+void solve_band(const BasisGrid& grid,
+                const EvenSeries& signal,
+                const Band& band_hz,
+                const FilterDiagonalizationOptions& options,
+                std::vector<PoleCandidate>& found) {
+  const double density = static_cast<double>(grid.length()) * signal.step_s;  // basis per Hz
+  const Index highest = (grid.length() - 1) / 2;
+  const double width = band_hz.high_hz - band_hz.low_hz;
+  const double usable = (1.0 - 2.0 * kOverlap) * options.max_basis / density;
+  const int num_windows = std::max(1, static_cast<int>(std::ceil(width / usable)));
+  const double inner = width / num_windows;
+  for (int w = 0; w < num_windows; ++w) {
+    const Band window{band_hz.low_hz + w * inner, band_hz.low_hz + (w + 1) * inner};
+    const double margin = std::max(kOverlap * inner / (1.0 - 2.0 * kOverlap), kMinBasis / density);
+    const auto low = static_cast<Index>(std::ceil((window.low_hz - margin) * density));
+    const auto high = static_cast<Index>(std::floor((window.high_hz + margin) * density));
+    const Index first = std::clamp<Index>(low, 1, highest - kMinBasis + 1);
+    const Index size = std::clamp<Index>(high, first + kMinBasis - 1, highest) - first + 1;
+    solve_window(grid.assemble(first, size), signal, window, options.rank_tolerance, found);
+  }
+}
+
+void check_band(const Band& band_hz, double nyquist_hz) {
+  if (band_hz.low_hz >= 0.0 && band_hz.high_hz > band_hz.low_hz && band_hz.high_hz <= nyquist_hz)
+    return;
+  throw InputError(fmt::format("band is {} to {} Hz, must be rising and within 0 to {} Hz",
+                               band_hz.low_hz,
+                               band_hz.high_hz,
+                               nyquist_hz));
+}
+
 }  // namespace
 
 void FilterDiagonalizationOptions::check() const {
@@ -136,38 +215,19 @@ void FilterDiagonalizationOptions::check() const {
 std::vector<PoleCandidate> filter_diagonalize(const EvenSeries& signal,
                                               const Band& band_hz,
                                               const FilterDiagonalizationOptions& options) {
+  return filter_diagonalize(signal, std::vector<Band>{band_hz}, options);
+}
+
+std::vector<PoleCandidate> filter_diagonalize(const EvenSeries& signal,
+                                              const std::vector<Band>& bands_hz,
+                                              const FilterDiagonalizationOptions& options) {
   options.check();
-  const double nyquist = 0.5 / signal.step_s;
-  if (!(band_hz.low_hz >= 0.0 && band_hz.high_hz > band_hz.low_hz && band_hz.high_hz <= nyquist)) {
-    throw InputError(fmt::format("band is {} to {} Hz, must be rising and within 0 to {} Hz",
-                                 band_hz.low_hz,
-                                 band_hz.high_hz,
-                                 nyquist));
-  }
+  for (const Band& band : bands_hz) check_band(band, 0.5 / signal.step_s);
   std::vector<PoleCandidate> found;
   const Index m = (signal.value.size() - 3) / 2;
   if (m < kMinBasis) return found;
-  // The signal holds (M + 1) independent values; a band has its share of them.
-  const double density = static_cast<double>(m + 1) * 2.0 * signal.step_s;  // basis per Hz
-  const double width = band_hz.high_hz - band_hz.low_hz;
-  const double usable = (1.0 - 2.0 * kOverlap) * options.max_basis / density;
-  const int num_windows = std::max(1, static_cast<int>(std::ceil(width / usable)));
-  const double inner = width / num_windows;
-  for (int w = 0; w < num_windows; ++w) {
-    const Band window{band_hz.low_hz + w * inner, band_hz.low_hz + (w + 1) * inner};
-    const double margin = std::max(kOverlap * inner / (1.0 - 2.0 * kOverlap), kMinBasis / density);
-    const double low = std::max(window.low_hz - margin, 0.0);
-    const double high = std::min(window.high_hz + margin, nyquist);
-    const Index size = std::clamp<Index>(
-        static_cast<Index>(std::lround(density * (high - low))), kMinBasis, m + 1);
-    VectorXcd z(size);
-    for (Index j = 0; j < size; ++j) {
-      const double phi =
-          low + (high - low) * (static_cast<double>(j) + 0.5) / static_cast<double>(size);
-      z(j) = std::polar(1.0, -kTwoPi * phi * signal.step_s);
-    }
-    solve_window(assemble(signal.value, m, z), signal, window, options.rank_tolerance, found);
-  }
+  const BasisGrid grid(signal.value, m);
+  for (const Band& band : bands_hz) solve_band(grid, signal, band, options, found);
   std::sort(found.begin(), found.end(), [](const PoleCandidate& x, const PoleCandidate& y) {
     return x.amplitude > y.amplitude;
   });

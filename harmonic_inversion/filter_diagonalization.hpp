@@ -27,10 +27,18 @@ struct FilterDiagonalizationOptions {
 ///
 /// @return  candidates in the band, strongest first; growing ones too, errors as found
 /// @throws InputError if the band is empty or reaches beyond Nyquist
-/// Cost: (number of basis functions) x (number of samples).
+/// The basis frequencies are those of a Fourier transform, whose three runs give F_p, G_p and the
+/// diagonals of U(p) of all windows.
+/// Cost: that of the transforms, and cubic in the basis functions of each window.
 [[nodiscard]] std::vector<PoleCandidate> filter_diagonalize(
     const EvenSeries& signal,
     const Band& band_hz,
+    const FilterDiagonalizationOptions& options = {});
+
+/// The same for several bands at the price of one set of transforms.
+[[nodiscard]] std::vector<PoleCandidate> filter_diagonalize(
+    const EvenSeries& signal,
+    const std::vector<Band>& bands_hz,
     const FilterDiagonalizationOptions& options = {});
 
 }  // namespace twang

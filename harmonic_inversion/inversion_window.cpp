@@ -115,7 +115,7 @@ CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& spa
 
 }  // namespace
 
-InversionWindow choose_window(const std::vector<Trace>& traces,
+InversionWindow choose_window(std::span<const Trace> traces,
                               const std::vector<std::string>& channels,
                               const InversionOptions& options) {
   if (traces.empty()) throw InputError("no trace was given, expected at least one");

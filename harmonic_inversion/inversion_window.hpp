@@ -5,6 +5,7 @@
 #include "harmonic_inversion/invert_harmonics.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,7 @@ struct InversionWindow {
 ///
 /// A start given in `options` that falls before a release moves to the free motion after it.
 /// @throws InputError as `invert_harmonics`
-[[nodiscard]] InversionWindow choose_window(const std::vector<Trace>& traces,
+[[nodiscard]] InversionWindow choose_window(std::span<const Trace> traces,
                                             const std::vector<std::string>& channels,
                                             const InversionOptions& options);
 

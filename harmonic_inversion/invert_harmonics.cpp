@@ -339,7 +339,7 @@ InversionResult invert_harmonics(const Trace& trace,
                                  const std::vector<std::string>& channels,
                                  const InversionOptions& options) {
   options.check();
-  return invert(choose_window({trace}, channels, options), options);
+  return invert(choose_window({&trace, 1}, channels, options), options);
 }
 
 InversionResult invert_repeats(const std::vector<Trace>& traces,

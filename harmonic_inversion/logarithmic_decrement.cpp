@@ -211,8 +211,8 @@ DecayCheck logarithmic_decrement(const CheckedSignal& signal) {
   check.method += "logarithmic decrement";
   const std::vector<Extremum> extrema = find_extrema(signal);
   const auto refuse = [&](std::size_t count) {
-    check.message =
-        fmt::format("{} extrema stand out of the noise, at least {} are needed", count, kLeast);
+    check.message = fmt::format(
+        "extrema that stand out of the noise: {}, at least {} are needed", count, kLeast);
     return check;
   };
   if (extrema.size() < kLeast) return refuse(extrema.size());

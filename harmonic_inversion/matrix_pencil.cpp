@@ -15,22 +15,49 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-/// Poles with positive frequency from the leading `order` right singular vectors.
-std::vector<PoleCandidate> poles_of_subspace(const MatrixXd& v, Index order, double step_s) {
-  const MatrixXd v1 = v.topRows(v.rows() - 1).leftCols(order);
-  const MatrixXd v2 = v.bottomRows(v.rows() - 1).leftCols(order);
+/// A fall by this factor from one singular value to the next parts a signal from round-off.
+constexpr double kGreatFall = 1e4;
+/// Singular values above this many times their median are no noise.
+constexpr double kAboveMedian = 3.0;
+
+/// How many singular values belong to the signal.
+Index significant_order(const VectorXd& singular) {
+  Index order = 0;
+  double greatest = kGreatFall;
+  for (Index i = 0; i + 1 < singular.size(); ++i) {
+    const double fall = singular(i) / std::max(singular(i + 1), 1e-300);
+    if (fall <= greatest) continue;
+    greatest = fall;
+    order = i + 1;
+  }
+  if (order > 0) return order;
+  return (singular.array() > kAboveMedian * singular(singular.size() / 2)).count();
+}
+
+/// X of V2 = V1 X, not finite where there is none.
+MatrixXd solve_shift(const MatrixXd& v1, const MatrixXd& v2) {
+  const Index order = v1.cols();
+  // So many poles leave no room for errors on both sides.
+  if (2 * order > v1.rows()) return v1.householderQr().solve(v2);
   // Total least squares: [V1 V2] = U S W^T, X = -W12 W22^-1.
   MatrixXd both(v1.rows(), 2 * order);
   both << v1, v2;
   const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(both,
                                                                            Eigen::ComputeThinV);
-  std::vector<PoleCandidate> out;
   const MatrixXd& w = svd.matrixV();
-  if (w.cols() < 2 * order) return out;
   const MatrixXd w12 = w.block(0, order, order, order);
   const MatrixXd w22 = w.block(order, order, order, order);
-  const MatrixXd x = -w22.transpose().fullPivLu().solve(w12.transpose()).transpose();
+  return -w22.transpose().fullPivLu().solve(w12.transpose()).transpose();
+}
+
+/// Poles with positive frequency from the leading `order` right singular vectors.
+std::vector<PoleCandidate> poles_of_subspace(const MatrixXd& v, Index order, double step_s) {
+  std::vector<PoleCandidate> out;
+  const Index shifted = v.rows() - 1;
+  const MatrixXd x =
+      solve_shift(v.topRows(shifted).leftCols(order), v.bottomRows(shifted).leftCols(order));
   if (!x.allFinite()) return out;
   const Eigen::EigenSolver<MatrixXd> eigen(x, false);
   if (eigen.info() != Eigen::Success) return out;
@@ -58,8 +85,8 @@ std::vector<std::vector<PoleCandidate>> matrix_pencil(const EvenSeries& signal,
   for (Index j = 0; j <= pencil; ++j) hankel.col(j) = signal.value.segment(j, n - pencil);
   const Eigen::BDCSVD<MatrixXd> svd(hankel, Eigen::ComputeThinV);
   for (std::size_t i = 0; i < orders.size(); ++i) {
-    const Index order = orders[i];
-    if (order < 1 || 2 * order > pencil) continue;
+    const Index order = orders[i] > 0 ? orders[i] : significant_order(svd.singularValues());
+    if (order < 1 || order >= pencil) continue;
     out[i] = poles_of_subspace(svd.matrixV(), order, signal.step_s);
   }
   return out;

@@ -169,8 +169,7 @@ std::optional<std::string> ModeCriteria::overlap_objection(const SinusoidFit& fi
   double signal = 0.0;
   for (std::size_t c = 0; c < m_series.size(); ++c) {
     const double scale = m_scale[c] * m_scale[c];
-    explained += scale * (without.channels[c].residual.squaredNorm() -
-                          fit.channels[c].residual.squaredNorm());
+    explained += scale * (without.channels[c].sum_of_squares - fit.channels[c].sum_of_squares);
     signal += scale * (m_series[c].value.array() - without.channels[c].offset).square().sum();
   }
   if (explained > kOverlapExplainedPart * kOverlapExplainedPart * signal) return std::nullopt;

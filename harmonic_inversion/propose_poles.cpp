@@ -17,6 +17,12 @@ using Eigen::VectorXd;
 
 /// A spectral line stands out when it is this many times the median of the spectrum.
 constexpr double kStandsOut = 5.0;
+/// A peak is prominent when it is this many times what parts it from a higher one.
+constexpr double kProminent = 3.0;
+/// Bins beside a line that belong to it.
+constexpr double kBandMargin = 6.0;
+/// More bins than these are not searched, only the peaks among them.
+constexpr double kManyBins = 1024.0;
 /// A candidate whose error exceeds this is noise that two shifts explain and a third does not.
 constexpr double kMaxCandidateError = 0.5;
 /// Samples a matrix pencil is given; its cost is cubic.
@@ -25,6 +31,8 @@ constexpr Index kMaxPencilSamples = 256;
 constexpr Index kMinProposalSamples = 8;
 /// Highest number of sinusoids a pencil is asked for.
 constexpr int kMaxPencilModes = 5;
+/// The pencil finds the order itself.
+constexpr int kOwnOrder = 0;
 /// The signal lives until this part of its energy has passed.
 constexpr double kLivingEnergy = 0.998;
 
@@ -34,32 +42,100 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Parts of the band in which the spectrum stands out of its median.
-std::vector<Band> interesting_bands(const EvenSeries& signal, const Band& band_hz) {
-  const auto length = fast_length(2 * static_cast<std::size_t>(signal.value.size()));
-  const auto spectrum = fourier_transform(signal.value, length);
-  const double bin_hz = 1.0 / (static_cast<double>(length) * signal.step_s);
-  const auto first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / bin_hz));
-  const auto last =
-      std::min(spectrum.size(), static_cast<std::size_t>(band_hz.high_hz / bin_hz) + 1);
+/// Magnitudes of the spectrum at the bins of a band.
+struct BandSpectrum {
+  double bin_hz = 0.0;
+  std::size_t first = 0;  ///< bin of the first one
   std::vector<double> magnitude;
-  for (std::size_t k = first; k < last; ++k) magnitude.push_back(std::abs(spectrum[k]));
-  if (magnitude.size() < 8) return {band_hz};
-  const double threshold = kStandsOut * median(magnitude);
-  const double margin = 6.0 * bin_hz;
-  std::vector<Band> bands;
+
+  [[nodiscard]] double frequency_hz(std::size_t k) const {
+    return static_cast<double>(first + k) * bin_hz;
+  }
+};
+
+BandSpectrum spectrum_in_band(const VectorXd& value, double step_s, const Band& band_hz) {
+  const auto length = fast_length(2 * static_cast<std::size_t>(value.size()));
+  const auto spectrum = fourier_transform(value, length);
+  BandSpectrum out;
+  out.bin_hz = 1.0 / (static_cast<double>(length) * step_s);
+  out.first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / out.bin_hz));
+  const auto last =
+      std::min(spectrum.size(), static_cast<std::size_t>(band_hz.high_hz / out.bin_hz) + 1);
+  for (std::size_t k = out.first; k < last; ++k) out.magnitude.push_back(std::abs(spectrum[k]));
+  return out;
+}
+
+void add_band(const BandSpectrum& spectrum,
+              std::size_t from,
+              std::size_t to,
+              const Band& limits,
+              std::vector<Band>& bands) {
+  const double margin = kBandMargin * spectrum.bin_hz;
+  const double low = std::max(limits.low_hz, spectrum.frequency_hz(from) - margin);
+  const double high = std::min(limits.high_hz, spectrum.frequency_hz(to) + margin);
+  if (!bands.empty() && low <= bands.back().high_hz) {
+    bands.back().high_hz = std::max(bands.back().high_hz, high);
+  } else {
+    bands.push_back({low, high});
+  }
+}
+
+/// The least value from each bin down to the next higher one before it.
+std::vector<double> lowest_before(const std::vector<double>& magnitude) {
+  std::vector<double> out(magnitude.size());
+  std::vector<std::size_t> higher;
   for (std::size_t k = 0; k < magnitude.size(); ++k) {
-    if (magnitude[k] < threshold) continue;
-    const double f = static_cast<double>(first + k) * bin_hz;
-    const double low = std::max(band_hz.low_hz, f - margin);
-    const double high = std::min(band_hz.high_hz, f + margin);
-    if (!bands.empty() && low <= bands.back().high_hz) {
-      bands.back().high_hz = high;
-    } else {
-      bands.push_back({low, high});
+    out[k] = magnitude[k];
+    while (!higher.empty() && magnitude[higher.back()] <= magnitude[k]) {
+      out[k] = std::min(out[k], out[higher.back()]);
+      higher.pop_back();
     }
+    higher.push_back(k);
+  }
+  return out;
+}
+
+/// The surroundings of the peaks that rise from what parts them from higher ones. The signal is
+/// tapered, lest a cut end makes peaks of its own.
+std::vector<Band> prominent_bands(const EvenSeries& signal, const Band& band_hz) {
+  const Index n = signal.value.size();
+  VectorXd tapered(n);
+  for (Index i = 0; i < n; ++i) {
+    const double half = std::cos(0.5 * kPi * static_cast<double>(i) / static_cast<double>(n));
+    tapered(i) = half * half * signal.value(i);
+  }
+  const BandSpectrum spectrum = spectrum_in_band(tapered, signal.step_s, band_hz);
+  const std::vector<double>& height = spectrum.magnitude;
+  const double threshold = kStandsOut * median(height);
+  const std::vector<double> left = lowest_before(height);
+  std::vector<double> right = lowest_before({height.rbegin(), height.rend()});
+  std::reverse(right.begin(), right.end());
+  std::vector<Band> bands;
+  for (std::size_t k = 0; k < height.size(); ++k) {
+    if (height[k] < threshold || height[k] < kProminent * std::max(left[k], right[k])) continue;
+    std::size_t from = k;
+    std::size_t to = k;
+    while (from > 0 && kProminent * height[from] > height[k]) --from;
+    while (to + 1 < height.size() && kProminent * height[to] > height[k]) ++to;
+    add_band(spectrum, from, to, band_hz, bands);
   }
   return bands;
+}
+
+/// Parts of the band in which the spectrum stands out of its median; where they are too wide to be
+/// searched, its peaks.
+std::vector<Band> interesting_bands(const EvenSeries& signal, const Band& band_hz) {
+  const BandSpectrum spectrum = spectrum_in_band(signal.value, signal.step_s, band_hz);
+  const std::vector<double>& magnitude = spectrum.magnitude;
+  if (magnitude.size() < 8) return {band_hz};
+  const double threshold = kStandsOut * median(magnitude);
+  std::vector<Band> bands;
+  for (std::size_t k = 0; k < magnitude.size(); ++k) {
+    if (magnitude[k] >= threshold) add_band(spectrum, k, k, band_hz, bands);
+  }
+  double bins = 0.0;
+  for (const Band& band : bands) bins += (band.high_hz - band.low_hz) / spectrum.bin_hz;
+  return bins > kManyBins ? prominent_bands(signal, band_hz) : bands;
 }
 
 /// Number of leading samples in which the signal still stands above the noise of its tail.
@@ -79,16 +155,15 @@ Index living_length(const VectorXd& value) {
 PoleProposal by_filter_diagonalization(const EvenSeries& signal, const Band& band_hz) {
   PoleProposal out{"filter diagonalization", {}};
   const double nyquist = 0.5 / signal.step_s;
-  for (Band band : interesting_bands(signal, band_hz)) {
-    band.high_hz = std::min(band.high_hz, nyquist);
-    if (band.low_hz >= band.high_hz) continue;
-    for (const PoleCandidate& candidate : filter_diagonalize(signal, band)) {
-      const DampedPole& pole = candidate.pole;
-      if (candidate.error > kMaxCandidateError) continue;
-      if (pole.decay_per_s * signal.step_s > 1.5) continue;
-      if (pole.decay_per_s > kTwoPi * pole.frequency_hz) continue;
-      out.candidates.push_back(candidate);
-    }
+  std::vector<Band> bands = interesting_bands(signal, band_hz);
+  for (Band& band : bands) band.high_hz = std::min(band.high_hz, nyquist);
+  std::erase_if(bands, [](const Band& band) { return band.low_hz >= band.high_hz; });
+  for (const PoleCandidate& candidate : filter_diagonalize(signal, bands)) {
+    const DampedPole& pole = candidate.pole;
+    if (candidate.error > kMaxCandidateError) continue;
+    if (pole.decay_per_s * signal.step_s > 1.5) continue;
+    if (pole.decay_per_s > kTwoPi * pole.frequency_hz) continue;
+    out.candidates.push_back(candidate);
   }
   std::sort(
       out.candidates.begin(),
@@ -111,14 +186,10 @@ EvenSeries thinned(const EvenSeries& signal, Index length, Index factor) {
 void add_pencils(const EvenSeries& signal,
                  Index length,
                  const Band& band_hz,
+                 const std::vector<int>& orders,
                  std::vector<PoleProposal>& out) {
   const Index factor = std::max<Index>(1, (length + kMaxPencilSamples - 1) / kMaxPencilSamples);
   const EvenSeries thin = thinned(signal, length, factor);
-  std::vector<int> orders;
-  for (int modes = 1; modes <= kMaxPencilModes; ++modes) {
-    orders.push_back(2 * modes);
-    orders.push_back(2 * modes + 1);  // room for what the baseline left
-  }
   for (std::vector<PoleCandidate>& found : matrix_pencil(thin, orders)) {
     std::erase_if(found, [&](const PoleCandidate& candidate) {
       const DampedPole& pole = candidate.pole;
@@ -187,9 +258,17 @@ std::vector<PoleProposal> propose_by_matrix_pencil(const SampleSeries& series,
   std::vector<PoleProposal> out;
   const std::optional<EvenSeries> even = on_even_grid(series, step_s);
   if (!even || even->value.size() < kMinProposalSamples) return out;
+  std::vector<int> orders = {kOwnOrder};
+  for (int modes = 1; modes <= kMaxPencilModes; ++modes) {
+    orders.push_back(2 * modes);
+    orders.push_back(2 * modes + 1);  // room for what the baseline left
+  }
+  const Index all = even->value.size();
   const Index living = living_length(even->value);
-  add_pencils(*even, living, band_hz, out);
-  if (living > kMaxPencilSamples) add_pencils(*even, kMaxPencilSamples, band_hz, out);
+  add_pencils(*even, living, band_hz, orders, out);
+  if (living > kMaxPencilSamples) add_pencils(*even, kMaxPencilSamples, band_hz, orders, out);
+  // Many modes need every sample.
+  if (living < all && all <= kMaxPencilSamples) add_pencils(*even, all, band_hz, {kOwnOrder}, out);
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/projected_fit.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -27,7 +28,13 @@ constexpr double kMaxDecayPerSample = 4.0;
 class Model {
  public:
   Model(const std::vector<SampleSeries>& series, const RefineOptions& options)
-      : m_series(series), m_options(options) {}
+      : m_series(series), m_options(options), m_records(options.records) {
+    if (!m_records.empty()) return;
+    for (std::size_t c = 0; c < series.size(); ++c) {
+      const auto record = EvenRecord::from(series[c], weights(c));
+      m_records.push_back(record ? std::make_shared<const EvenRecord>(*record) : nullptr);
+    }
+  }
 
   [[nodiscard]] const std::vector<SampleSeries>& series() const { return m_series; }
   [[nodiscard]] const RefineOptions& options() const { return m_options; }
@@ -35,14 +42,52 @@ class Model {
   [[nodiscard]] ProjectedFit project(std::size_t c,
                                      const std::vector<DampedPole>& poles,
                                      bool with_derivatives) const {
-    static const VectorXd kNone;
-    const VectorXd& weights = m_options.weights.empty() ? kNone : m_options.weights[c];
-    return fit_projected(m_series[c], weights, poles, m_options.fit_drift, with_derivatives);
+    const bool drift = m_options.fit_drift;
+    if (m_records[c] == nullptr)
+      return fit_projected(m_series[c], weights(c), poles, drift, with_derivatives);
+    if (auto fit = m_records[c]->fit_projected(poles, drift, with_derivatives)) return *fit;
+    return fit_projected(m_series[c], m_records[c]->weights(), poles, drift, with_derivatives);
+  }
+
+  [[nodiscard]] VectorXd residual(std::size_t c,
+                                  const std::vector<DampedPole>& poles,
+                                  const VectorXd& coefficients) const {
+    const SampleSeries& s = m_series[c];
+    const bool drift = m_options.fit_drift;
+    if (m_records[c] && EvenRecord::can_evaluate(poles, duration_of(s)))
+      return s.value - m_records[c]->evaluate_model(poles, drift, coefficients);
+    return s.value - evaluate_model(s, poles, drift, coefficients);
+  }
+
+  [[nodiscard]] Index num_used(std::size_t c) const {
+    if (m_records[c]) return m_records[c]->num_used();
+    const VectorXd& w = weights(c);
+    return w.size() == 0 ? m_series[c].value.size() : (w.array() > 0.0).count();
+  }
+
+  [[nodiscard]] bool keeps_residual(std::size_t c) const {
+    return m_options.keep_residuals || m_records[c] == nullptr;  // it is cheap there
+  }
+
+  /// Of the unweighted residual where the weight is above 0.
+  [[nodiscard]] double sum_of_squares(std::size_t c,
+                                      const ProjectedFit& fit,
+                                      const VectorXd& residual) const {
+    if (m_records[c]) return fit.sum_of_squares / std::pow(m_records[c]->weight(), 2);
+    const VectorXd& w = weights(c);
+    return w.size() == 0 ? residual.squaredNorm()
+                         : (w.array() > 0.0).select(residual, 0.0).squaredNorm();
   }
 
  private:
+  [[nodiscard]] const VectorXd& weights(std::size_t c) const {
+    static const VectorXd kNone;
+    return m_options.weights.empty() ? kNone : m_options.weights[c];
+  }
+
   const std::vector<SampleSeries>& m_series;
   const RefineOptions& m_options;
+  std::vector<std::shared_ptr<const EvenRecord>> m_records;
 };
 
 std::vector<DampedPole> poles_from(const double* parameters, std::size_t count) {
@@ -151,12 +196,10 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
       channel.cosine(static_cast<Index>(k)) = x(column_of_pole(drift, k));
       channel.sine(static_cast<Index>(k)) = x(column_of_pole(drift, k) + 1);
     }
-    channel.residual =
-        model.series()[c].value - evaluate_model(model.series()[c], fit.poles, drift, x);
+    if (model.keeps_residual(c)) channel.residual = model.residual(c, fit.poles, x);
+    channel.sum_of_squares = model.sum_of_squares(c, projected, channel.residual);
     fit.sum_of_squares += projected.sum_of_squares;
-    fit.num_samples += static_cast<int>(model.options().weights.empty()
-                                            ? channel.residual.size()
-                                            : (model.options().weights[c].array() > 0.0).count());
+    fit.num_samples += static_cast<int>(model.num_used(c));
     const MatrixXd& r = projected.triangle;
     const MatrixXd r_inverse =
         r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(r.rows(), r.cols()));
@@ -201,6 +244,11 @@ void check_input(const std::vector<SampleSeries>& series,
   if (!options.weights.empty() && options.weights.size() != series.size()) {
     throw InputError(fmt::format("RefineOptions.weights has {} entries, expected {}",
                                  options.weights.size(),
+                                 series.size()));
+  }
+  if (!options.records.empty() && options.records.size() != series.size()) {
+    throw InputError(fmt::format("RefineOptions.records has {} entries, expected {}",
+                                 options.records.size(),
                                  series.size()));
   }
   if (!options.fixed_decays.empty() && options.fixed_decays.size() != num_poles) {

@@ -7,9 +7,12 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <vector>
 
 namespace twang {
+
+class EvenRecord;
 
 struct RefineOptions {
   bool fit_drift = false;  ///< a linear drift per channel, beside the offset
@@ -18,6 +21,10 @@ struct RefineOptions {
   double relative_step = 1e-13;    ///< stops when no parameter moves by more than this part of it
   std::vector<bool> fixed_decays;  ///< one a pole: its decay stays as given; empty: none
   std::vector<Eigen::VectorXd> weights;  ///< one a channel and sample, 1 / sigma; empty: all 1
+  /// One a channel, with its weights in it, instead of `weights`; null where there is none. They
+  /// spare every fit the setting up.
+  std::vector<std::shared_ptr<const EvenRecord>> records;
+  bool keep_residuals = true;  ///< whether `ChannelFit::residual` is wanted
   void check() const;
 };
 
@@ -25,10 +32,11 @@ struct RefineOptions {
 struct ChannelFit {
   double offset = 0.0;  ///< at time 0 of the series, in its unit
   double drift_per_s = 0.0;
-  Eigen::VectorXd cosine;      ///< one a pole: coefficients of exp(-d t) cos(2 pi f t)
-  Eigen::VectorXd sine;        ///< and of exp(-d t) sin(2 pi f t)
-  Eigen::VectorXd residual;    ///< data - model, one a sample, unweighted
-  Eigen::MatrixXd covariance;  ///< of (offset, [drift], cosine, sine of each pole), unit variance
+  Eigen::VectorXd cosine;       ///< one a pole: coefficients of exp(-d t) cos(2 pi f t)
+  Eigen::VectorXd sine;         ///< and of exp(-d t) sin(2 pi f t)
+  Eigen::VectorXd residual;     ///< data - model, one a sample, unweighted; empty if not wanted
+  Eigen::MatrixXd covariance;   ///< of (offset, [drift], cosine, sine of each pole), unit variance
+  double sum_of_squares = 0.0;  ///< of the unweighted residual where the weight is above 0
 };
 
 /// A least-squares fit of damped sinusoids with its covariance.

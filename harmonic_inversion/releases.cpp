@@ -43,6 +43,7 @@ double standard_deviation(const std::vector<double>& values) {
 std::vector<Trace> cut_at_releases(const Trace& trace,
                                    const std::vector<std::string>& channels,
                                    const InversionOptions& options) {
+  options.check();
   for (const std::string& name : channels) {
     if (trace.find(name) == nullptr) {
       throw InputError(fmt::format("column {} is not in the trace", name));
@@ -51,6 +52,13 @@ std::vector<Trace> cut_at_releases(const Trace& trace,
   if (trace.num_samples() == 0) throw InputError("the trace is empty, expected at least 8 samples");
   const double last = std::min(options.end_s.value_or(kInfinity), trace.time_s.back());
   double from = std::max(options.start_s.value_or(-kInfinity), trace.time_s.front());
+  if (!(from <= last)) {
+    throw InputError(
+        fmt::format("nothing lies between the start, {:.6g} s, and the end, {:.6g} s, "
+                    "of what is looked at, expected at least 8 samples",
+                    from,
+                    last));
+  }
   std::vector<Trace> out;
   for (;;) {
     const FreeMotion motion = find_free_motion(trace, channels, from, last);

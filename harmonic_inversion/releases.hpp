@@ -17,7 +17,8 @@ namespace twang {
 ///
 /// @param channels  of `trace`, judged together
 /// @param options   `start_s` and `end_s` bound what is looked at
-/// @throws InputError if a channel is missing
+/// @throws InputError if a channel is missing, nothing lies between start and end, or an option is
+/// out of range
 [[nodiscard]] std::vector<Trace> cut_at_releases(const Trace& trace,
                                                  const std::vector<std::string>& channels,
                                                  const InversionOptions& options = {});

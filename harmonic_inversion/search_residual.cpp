@@ -20,20 +20,46 @@ constexpr double kUnevenOversampling = 4.0;
 /// A decay constant of this many samples is the fastest searched for.
 constexpr double kFastestDecaySamples = 2.0;
 
-/// Residual times exponential window, each sample in its nearest cell; and the window's energy.
+/// An exponential window ends where it has fallen to e^-this.
+constexpr double kWindowEnd = 16.0;
+/// Peaks that are kept while the search goes on, and those of which there are enough.
+constexpr std::size_t kManyPeaks = 4096;
+constexpr std::size_t kEnoughPeaks = 256;
+
+/// The samples of a residual in the cells of an even grid.
+struct GriddedResidual {
+  VectorXd sum;    ///< of the samples of each cell
+  VectorXd count;  ///< of them
+};
+
+GriddedResidual put_on_grid(const SampleSeries& residual, double cell_s) {
+  const VectorXd& t = residual.time_s;
+  const auto length = static_cast<Index>(std::lround(t(t.size() - 1) / cell_s)) + 1;
+  GriddedResidual out{VectorXd::Zero(length), VectorXd::Zero(length)};
+  for (Index i = 0; i < t.size(); ++i) {
+    const auto cell = static_cast<Index>(std::lround(t(i) / cell_s));
+    out.sum(cell) += residual.value(i);
+    out.count(cell) += 1.0;
+  }
+  return out;
+}
+
+/// A residual times the beginning of an exponential window, and that window's energy.
 struct WindowedResidual {
   VectorXd cells;
   double energy = 0.0;
 };
 
-WindowedResidual apply_window(const SampleSeries& residual, double decay_per_s, double cell_s) {
-  const VectorXd& t = residual.time_s;
-  const auto length = static_cast<Index>(std::lround(t(t.size() - 1) / cell_s)) + 1;
-  WindowedResidual out{VectorXd::Zero(length), 0.0};
-  for (Index i = 0; i < t.size(); ++i) {
-    const double window = std::exp(-decay_per_s * t(i));
-    out.cells(static_cast<Index>(std::lround(t(i) / cell_s))) += window * residual.value(i);
-    out.energy += window * window;
+WindowedResidual apply_window(const GriddedResidual& residual, double decay_per_cell) {
+  const auto end = static_cast<Index>(
+      std::min(kWindowEnd / decay_per_cell + 1.0, static_cast<double>(residual.sum.size())));
+  WindowedResidual out{VectorXd(end), 0.0};
+  const double factor = std::exp(-decay_per_cell);
+  double window = 1.0;
+  for (Index i = 0; i < end; ++i) {
+    out.cells(i) = window * residual.sum(i);
+    out.energy += window * window * residual.count(i);
+    window *= factor;
   }
   return out;
 }
@@ -45,6 +71,41 @@ bool is_excluded(const DampedPole& pole,
     const double width = std::max(std::abs(other.decay_per_s) / kTwoPi, 0.75 / duration_s);
     return std::abs(pole.frequency_hz - other.frequency_hz) < width;
   });
+}
+
+/// What sinusoids of one decay explain, one a bin of a Fourier transform.
+struct Gains {
+  std::size_t length = 0;  ///< of the transform, in cells
+  std::vector<double> gain;
+};
+
+Gains gains_of(const std::vector<GriddedResidual>& residuals, double decay_per_cell) {
+  std::vector<WindowedResidual> windowed;
+  Index longest = 0;
+  for (const GriddedResidual& residual : residuals) {
+    windowed.push_back(apply_window(residual, decay_per_cell));
+    longest = std::max(longest, windowed.back().cells.size());
+  }
+  Gains out;
+  out.length = fast_length(2 * static_cast<std::size_t>(longest));
+  out.gain.assign(out.length / 2 + 1, 0.0);
+  for (const WindowedResidual& w : windowed) {
+    const auto spectrum = fourier_transform(w.cells, out.length);
+    for (std::size_t k = 0; k < out.gain.size(); ++k) {
+      out.gain[k] += std::norm(spectrum[k]) / (0.5 * w.energy);
+    }
+  }
+  return out;
+}
+
+/// Largest first.
+void keep_largest(std::vector<PoleCandidate>& peaks, std::size_t count) {
+  const auto end = peaks.begin() + static_cast<std::ptrdiff_t>(count);
+  std::partial_sort(
+      peaks.begin(), end, peaks.end(), [](const PoleCandidate& a, const PoleCandidate& b) {
+        return a.amplitude > b.amplitude;
+      });
+  peaks.erase(end, peaks.end());
 }
 
 }  // namespace
@@ -61,31 +122,25 @@ std::vector<PoleCandidate> search_residual(const std::vector<SampleSeries>& resi
     even = even && on_even_grid(residual, step_s).has_value();
   }
   const double cell = even ? step_s : step_s / kUnevenOversampling;
-  const auto length = fast_length(2 * (static_cast<std::size_t>(std::lround(duration / cell)) + 1));
-  const double bin_hz = 1.0 / (static_cast<double>(length) * cell);
-  const auto first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / bin_hz));
-  const auto last = static_cast<std::size_t>(band_hz.high_hz / bin_hz);
+  std::vector<GriddedResidual> gridded;
+  for (const SampleSeries& residual : residuals) gridded.push_back(put_on_grid(residual, cell));
 
   std::vector<PoleCandidate> peaks;
   for (double d = 0.3 / duration; d < 1.0 / (kFastestDecaySamples * step_s); d *= kDecayFactor) {
-    std::vector<double> gain(length / 2 + 1, 0.0);
-    for (const SampleSeries& residual : residuals) {
-      const WindowedResidual windowed = apply_window(residual, d, cell);
-      const auto spectrum = fourier_transform(windowed.cells, length);
-      for (std::size_t k = 0; k < gain.size(); ++k) {
-        gain[k] += std::norm(spectrum[k]) / (0.5 * windowed.energy);
-      }
-    }
+    const Gains gains = gains_of(gridded, d * cell);
+    const double bin_hz = 1.0 / (static_cast<double>(gains.length) * cell);
+    const auto first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / bin_hz));
+    const auto last = static_cast<std::size_t>(band_hz.high_hz / bin_hz);
+    const std::vector<double>& gain = gains.gain;
     for (std::size_t k = std::max<std::size_t>(first, 1); k < last && k + 1 < gain.size(); ++k) {
       if (gain[k] < gain[k - 1] || gain[k] < gain[k + 1]) continue;
       const DampedPole pole{static_cast<double>(k) * bin_hz, d};
       if (d > kTwoPi * pole.frequency_hz || is_excluded(pole, excluded, duration)) continue;
       peaks.push_back({pole, gain[k], 0.0});
+      if (peaks.size() == kManyPeaks) keep_largest(peaks, kEnoughPeaks);
     }
   }
-  std::sort(peaks.begin(), peaks.end(), [](const PoleCandidate& a, const PoleCandidate& b) {
-    return a.amplitude > b.amplitude;
-  });
+  keep_largest(peaks, peaks.size());
   std::vector<PoleCandidate> out;
   for (const PoleCandidate& peak : peaks) {
     if (static_cast<int>(out.size()) >= count) break;

@@ -71,7 +71,7 @@ class Selector {
       std::vector<PoleProposal> proposals;
       for (std::size_t c = 0; c < m_data.series().size(); ++c) {
         SampleSeries level = m_data.series()[c];
-        level.value = baseline.channels[c].residual;
+        level.value = m_data.residual(baseline, c);
         for (PoleProposal& proposal : propose(level, m_options.step_s, m_options.band_hz)) {
           proposals.push_back(std::move(proposal));
         }
@@ -167,6 +167,7 @@ class Selector {
       if (peaks.empty()) return;
       RefineOptions local = m_data.trial_options();
       local.weights.clear();  // the residuals carry theirs already
+      local.records.clear();
       local.fit_drift = false;
       const SinusoidFit single =
           refine_sinusoids(m_data.weighted_residuals(m_best), {peaks.front().pole}, local);
@@ -301,6 +302,9 @@ class Selector {
         if (!(nearest <= distance)) nearest = distance;
       }
       out.errors.push_back(nearest);
+    }
+    for (std::size_t c = 0; c < m_data.series().size(); ++c) {
+      m_best.channels[c].residual = m_data.residual(m_best, c);
     }
     out.fit = std::move(m_best);
     out.rejected = std::move(m_rejected);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/weighted_data.hpp"
 
+#include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/mode_criteria.hpp"
 
 #include <algorithm>
@@ -34,13 +35,18 @@ WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_
         (kRoundOff + kPhaseRoundOff * half_turns) * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
     m_floor.push_back(floor);
     m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
+    const auto record = EvenRecord::from(s, m_weights.back());
+    m_records.push_back(record ? std::make_shared<EvenRecord>(*record) : nullptr);
   }
 }
 
 RefineOptions WeightedData::options_with_step(double relative_step, int max_iterations) const {
   RefineOptions out;
   out.fit_drift = fit_drift;
-  out.weights = m_weights;
+  out.records.assign(m_records.begin(), m_records.end());
+  if (std::find(m_records.begin(), m_records.end(), nullptr) != m_records.end())
+    out.weights = m_weights;
+  out.keep_residuals = false;
   out.relative_step = relative_step;
   out.max_iterations = max_iterations;
   out.max_frequency_hz = 0.5 / m_step_s;
@@ -57,8 +63,8 @@ RefineOptions WeightedData::final_options() const {
 
 bool WeightedData::is_round_off(const SinusoidFit& fit) const {
   for (std::size_t c = 0; c < m_series.size(); ++c) {
-    const VectorXd& r = fit.channels[c].residual;
-    if (r.norm() >= m_floor[c] * std::sqrt(static_cast<double>(r.size()))) return false;
+    const auto n = static_cast<double>(m_series[c].value.size());
+    if (std::sqrt(fit.channels[c].sum_of_squares) >= m_floor[c] * std::sqrt(n)) return false;
   }
   return true;
 }
@@ -67,26 +73,42 @@ bool WeightedData::is_nearly_exact(const SinusoidFit& fit) const {
   for (std::size_t c = 0; c < m_series.size(); ++c) {
     const VectorXd& y = m_series[c].value;
     const double spread = (y.array() - y.mean()).matrix().norm();
-    if (fit.channels[c].residual.norm() > kNearlyExact * spread) return false;
+    if (std::sqrt(fit.channels[c].sum_of_squares) > kNearlyExact * spread) return false;
   }
   return true;
+}
+
+VectorXd WeightedData::residual(const SinusoidFit& fit, std::size_t c) const {
+  const ChannelFit& channel = fit.channels[c];
+  if (channel.residual.size() > 0) return channel.residual;
+  const SampleSeries& s = m_series[c];
+  VectorXd x(column_of_pole(true, fit.poles.size()));
+  x(0) = channel.offset;
+  x(1) = channel.drift_per_s * duration_of(s);
+  for (std::size_t k = 0; k < fit.poles.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    x.segment<2>(column_of_pole(true, k)) << channel.cosine(i), channel.sine(i);
+  }
+  if (m_records[c] && EvenRecord::can_evaluate(fit.poles, duration_of(s)))
+    return s.value - m_records[c]->evaluate_model(fit.poles, true, x);
+  return s.value - evaluate_model(s, fit.poles, true, x);
 }
 
 std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fit) const {
   std::vector<SampleSeries> out = m_series;
   const double scale = 1.0 / std::sqrt(std::max(fit.variance(), 1e-300));
   for (std::size_t c = 0; c < out.size(); ++c) {
-    out[c].value = scale * fit.channels[c].residual.cwiseProduct(m_weights[c]);
+    out[c].value = scale * residual(fit, c).cwiseProduct(m_weights[c]);
   }
   return out;
 }
 
 void WeightedData::weigh(const SinusoidFit& fit) {
   m_num_outliers = 0;
-  const bool exact = is_round_off(fit);
   for (std::size_t c = 0; c < m_series.size(); ++c) {
-    const VectorXd& r = fit.channels[c].residual;
+    const VectorXd r = residual(fit, c);
     // Round-off has outliers too, but they mean nothing.
+    const bool exact = r.norm() < m_floor[c] * std::sqrt(static_cast<double>(r.size()));
     const std::vector<bool> is_outlier =
         exact ? std::vector<bool>(static_cast<std::size_t>(r.size()), false)
               : find_isolated_outliers(r);
@@ -103,6 +125,7 @@ void WeightedData::weigh(const SinusoidFit& fit) {
       m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
       m_num_outliers += out ? 1 : 0;
     }
+    if (m_records[c] && !m_records[c]->set_weights(m_weights[c])) m_records[c] = nullptr;
   }
 }
 

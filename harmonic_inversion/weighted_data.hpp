@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <vector>
 
 namespace twang {
@@ -28,6 +29,9 @@ class WeightedData {
   /// Whether it is so small beside the signal that the fit is about to become exact.
   [[nodiscard]] bool is_nearly_exact(const SinusoidFit& fit) const;
 
+  /// Data less model, unweighted, whether or not the fit has kept it.
+  [[nodiscard]] Eigen::VectorXd residual(const SinusoidFit& fit, std::size_t c) const;
+
   /// Residuals in units of each channel's noise.
   [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const;
 
@@ -43,8 +47,9 @@ class WeightedData {
 
   const std::vector<SampleSeries>& m_series;
   double m_step_s;
-  std::vector<double> m_floor;             ///< round-off of each channel
-  std::vector<Eigen::VectorXd> m_weights;  ///< one a channel
+  std::vector<double> m_floor;                         ///< round-off of each channel
+  std::vector<Eigen::VectorXd> m_weights;              ///< one a channel
+  std::vector<std::shared_ptr<EvenRecord>> m_records;  ///< one a channel, null: not long or even
   int m_num_outliers = 0;
 };
 

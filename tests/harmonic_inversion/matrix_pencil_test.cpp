@@ -39,6 +39,11 @@ TEST(MatrixPencil, FindsAHeavilyDampedPoleInAFewNoisySamples) {
   EXPECT_NEAR(found[0].pole.decay_per_s, 33.0, 4.0);
 }
 
+TEST(MatrixPencil, FindsTheOrderOfASignalItself) {
+  EXPECT_EQ(matrix_pencil(decaying(0.0), 0).size(), 1U);
+  EXPECT_EQ(matrix_pencil(decaying(0.001), 0).size(), 1U);
+}
+
 TEST(MatrixPencil, GivesNothingForAnOrderTheSamplesCannotCarry) {
   EXPECT_TRUE(matrix_pencil(decaying(0.0), 14).empty());
   EXPECT_TRUE(matrix_pencil({0.1, Eigen::VectorXd::Ones(5)}, 2).empty());

@@ -55,6 +55,33 @@ TEST(ModesJson, WritesNullForWhatIsNotFinite) {
   EXPECT_TRUE(json["snr_db"].is_null());
 }
 
+TEST(ModesJson, CarriesTheDecayChecksWhereThereAreSome) {
+  InversionResult result = example();
+  EXPECT_FALSE(Json::parse(modes_to_json(result)).contains("decay_checks"));
+  DecayCheck good;
+  good.method += "Morlet wavelet";
+  good.channel += "y";
+  good.frequency_hz = 20.25;
+  good.frequency_sigma_hz = 0.5;
+  good.decay_per_s = 3.125;
+  good.decay_sigma_per_s = 0.0625;
+  good.num_points = 17;
+  DecayCheck none;
+  none.message += "too short";
+  result.decay_checks = {good, none};
+  const Json checks = Json::parse(modes_to_json(result))["decay_checks"];
+  ASSERT_EQ(checks.size(), 2U);
+  EXPECT_EQ(checks[0]["method"], good.method);
+  EXPECT_EQ(checks[0]["channel"], good.channel);
+  EXPECT_EQ(checks[0]["frequency_hz"].get<double>(), good.frequency_hz);
+  EXPECT_EQ(checks[0]["frequency_sigma_hz"].get<double>(), good.frequency_sigma_hz);
+  EXPECT_EQ(checks[0]["decay_per_s"].get<double>(), good.decay_per_s);
+  EXPECT_EQ(checks[0]["decay_sigma_per_s"].get<double>(), good.decay_sigma_per_s);
+  EXPECT_EQ(checks[0]["num_points"].get<int>(), good.num_points);
+  EXPECT_TRUE(checks[1]["decay_per_s"].is_null());
+  EXPECT_EQ(checks[1]["message"], none.message);
+}
+
 TEST(ModesJson, PutsSeveralColumnsSideBySide) {
   InversionResult none;
   none.message = "no mode";

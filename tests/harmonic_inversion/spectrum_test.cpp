@@ -63,5 +63,23 @@ TEST(FourierTransform, EqualsItsDefinition) {
   EXPECT_EQ(fast_length(961), 972U);  // 2² 3⁵
 }
 
+TEST(ModelSpectrum, IsThatOfTheTraceWhereTheModelIsTheTrace) {
+  SynthesisOptions options;
+  options.offset = 0.3;
+  options.missing_part = 0.1;
+  const Trace trace =
+      synthesize_sinusoids({{20.0, 3.0, 1.0, 0.4}, {44.0, 9.0, 0.2, -2.0}}, options);
+  const InversionResult result = invert_harmonics(trace, {"y"});
+  ASSERT_EQ(result.modes.size(), 2U);
+  const Spectrum model = model_spectrum(trace, result);
+  const Spectrum whole =
+      amplitude_spectrum(trace, trace.channels.front(), result.time_origin_s, result.time_end_s);
+  ASSERT_EQ(model.frequency_hz, whole.frequency_hz);
+  for (std::size_t k = 0; k < whole.amplitude.size(); ++k) {
+    // Without noise the fit is the trace but for its own convergence, some 1e-9 of the amplitude.
+    EXPECT_NEAR(model.amplitude[k], whole.amplitude[k], 1e-7);
+  }
+}
+
 }  // namespace
 }  // namespace twang

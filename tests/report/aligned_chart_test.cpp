@@ -111,6 +111,19 @@ TEST(ChartJson, IsValidJsonWithGapsAsNullAndMissingSamplesAsEmptyText) {
   EXPECT_EQ(json, expected) << json.dump();
 }
 
+TEST(ChartJson, HasErrorBarsWhereBothEndsCanBeDrawn) {
+  Chart chart = chart_of({{"a", {1, 2, 0, 3}, {10, 20, 30, 40}}, {"b", {1}, {2}}});
+  chart.series[0].y_sigma = {1, kNaN, 2, 4};
+  chart.log_x = true;  // which has no place for the third
+  const auto json = nlohmann::json::parse(chart_json(chart));
+  EXPECT_EQ(json["log_x"], true);
+  EXPECT_EQ(json["x"], (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(json["series"][0]["bars"], (std::vector<std::vector<double>>{{1, 9, 11}, {3, 36, 44}}));
+  EXPECT_TRUE(json["series"][1]["bars"].empty());
+  chart.series[0].y_sigma.pop_back();
+  EXPECT_THROW((void)chart_json(chart), InputError);
+}
+
 TEST(ChartJson, CannotEndItsScript) {
   const Chart chart{"</script>", "<!--", {{"</ScRiPt>", {1}, {1}}}, {{1, "<script>"}}, false};
   const std::string json = chart_json(chart);
