@@ -44,9 +44,9 @@ Chart amplitude_chart(const Repeat& repeat,
 
 /// The sentence of the inversion on f and d against amplitude; empty if it says nothing.
 std::string amplitude_sentence(const InversionResult& inversion) {
-  constexpr const char* kBegins = "Not a pure exponential";
+  constexpr const char* kSays = "between amplitudes of";
   for (const std::string& note : inversion.notes) {
-    if (note.starts_with(kBegins)) return note;
+    if (note.find(kSays) != std::string::npos) return note;
   }
   return {};
 }

@@ -96,18 +96,24 @@ TEST(ChartJson, IsValidJsonWithGapsAsNullAndMissingSamplesAsEmptyText) {
   Chart chart{"t [s]", "u \"[mm]\"", {}, {{2.5, "m"}}, true};
   chart.series = {{"a<b", {1, 2, 4}, {0.1, kNaN, 3}, ChartSeries::Style::Dashed},
                   {"c", {5}, {1.0 / 3.0}, ChartSeries::Style::Points},
-                  {"d", {5}, {1e-12}}};
+                  {"d", {5}, {1e-12}},
+                  {"bars", none}};
   const nlohmann::json json = nlohmann::json::parse(chart_json(chart));
+  const nlohmann::json none = nlohmann::json::array();
   const nlohmann::json expected = {
       {"x_label", "t [s]"},
       {"y_label", "u \"[mm]\""},
+      {"log_x", false},
       {"log_y", true},
       {"marks", {{{"x", 2.5}, {"label", "m"}}}},
       {"x", {1, 2, 2.5, 4, 5}},
       {"series",
-       {{{"label", "a<b"}, {"style", "dashed"}, {"y", {0.1, nullptr, nullptr, 3, ""}}},
-        {{"label", "c"}, {"style", "points"}, {"y", {"", "", "", "", 0.3333333}}},
-        {{"label", "d"}, {"style", "line"}, {"y", {"", "", "", "", 1e-12}}}}}};
+       {{{"label", "a<b"},
+         {"style", "dashed"},
+         {"y", {0.1, nullptr, nullptr, 3, ""}},
+         {"bars", none}},
+        {{"label", "c"}, {"style", "points"}, {"y", {"", "", "", "", 0.3333333}}, {"bars", none}},
+        {{"label", "d"}, {"style", "line"}, {"y", {"", "", "", "", 1e-12}}, {"bars", none}}}}};
   EXPECT_EQ(json, expected) << json.dump();
 }
 
