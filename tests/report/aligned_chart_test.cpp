@@ -96,8 +96,7 @@ TEST(ChartJson, IsValidJsonWithGapsAsNullAndMissingSamplesAsEmptyText) {
   Chart chart{"t [s]", "u \"[mm]\"", {}, {{2.5, "m"}}, true};
   chart.series = {{"a<b", {1, 2, 4}, {0.1, kNaN, 3}, ChartSeries::Style::Dashed},
                   {"c", {5}, {1.0 / 3.0}, ChartSeries::Style::Points},
-                  {"d", {5}, {1e-12}},
-                  {"bars", none}};
+                  {"d", {5}, {1e-12}}};
   const nlohmann::json json = nlohmann::json::parse(chart_json(chart));
   const nlohmann::json none = nlohmann::json::array();
   const nlohmann::json expected = {
