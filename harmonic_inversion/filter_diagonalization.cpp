@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 
@@ -27,6 +28,13 @@ using Eigen::VectorXd;
 constexpr double kOverlap = 0.2;
 /// Fewest basis functions that make a window worth solving.
 constexpr int kMinBasis = 4;
+
+/// From this length on FFTW plans powers of two much sooner than others.
+constexpr std::size_t kLongGrid = 4096;
+
+std::size_t grid_length(std::size_t least) {
+  return least < kLongGrid ? fast_length(least) : std::bit_ceil(least);
+}
 
 /// U(p), p = 0, 1, 2, and the overlaps of the basis with the signal.
 struct BasisMatrices {
@@ -48,7 +56,7 @@ class BasisGrid {
   BasisGrid(const VectorXd& c, Index m)
       : m_c(c),
         m_m(m),
-        m_length(static_cast<Index>(fast_length(static_cast<std::size_t>(2 * m + 2)))) {
+        m_length(static_cast<Index>(grid_length(static_cast<std::size_t>(2 * m + 2)))) {
     VectorXd weighted(2 * m + 1);
     for (Index l = 0; l <= 2 * m; ++l) {
       weighted(l) = static_cast<double>(m - std::abs(m - l) + 1) * c(l);

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/inversion_window.hpp"
 #include "harmonic_inversion/select_modes.hpp"
 
@@ -141,12 +142,13 @@ void measure_residual(const std::vector<SampleSeries>& series,
   double neighbours = 0.0;
   for (std::size_t c = 0; c < series.size(); ++c) {
     const SampleSeries& s = series[c];
+    const Eigen::VectorXd model = evaluate_modes(out, c, s.time_s);
     double squares = 0.0;
     double before = 0.0;
     int used = 0;
     for (Index i = 0; i < s.value.size(); ++i) {
       if (is_outlier[c][static_cast<std::size_t>(i)]) continue;
-      const double r = s.value(i) - out.evaluate(c, s.time_s(i) + out.channel_origins_s[c]);
+      const double r = s.value(i) - model(i);
       squares += r * r;
       neighbours += r * before;
       before = r;
@@ -334,7 +336,9 @@ InversionResult invert_harmonics(const Trace& trace,
                                  const std::vector<std::string>& channels,
                                  const InversionOptions& options) {
   options.check();
-  return invert(choose_window({trace}, channels, options), options);
+  // Not in one expression, in which the copy of the trace would live on.
+  const InversionWindow window = choose_window({trace}, channels, options);
+  return invert(window, options);
 }
 
 InversionResult invert_repeats(const std::vector<Trace>& traces,
