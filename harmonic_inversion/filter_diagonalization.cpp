@@ -3,10 +3,9 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/detail/decompositions.hpp"
 #include "harmonic_inversion/fourier.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -149,22 +148,22 @@ void solve_window(const BasisMatrices& matrices,
                   const Band& window,
                   double rank_tolerance,
                   std::vector<PoleCandidate>& out) {
-  const Eigen::BDCSVD<MatrixXcd> svd(matrices.u[0], Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd& s = svd.singularValues();
-  if (!(s(0) > 0.0) || !std::isfinite(s(0))) return;
+  const auto svd = detail::thin_svd(matrices.u[0]);
+  if (!svd || !(svd->s(0) > 0.0)) return;
+  const VectorXd& s = svd->s;
   const Index rank = (s.array() > rank_tolerance * s(0)).count();
   const VectorXd root = s.head(rank).cwiseSqrt().cwiseInverse();
-  const MatrixXcd left = root.asDiagonal() * svd.matrixU().leftCols(rank).adjoint();
-  const MatrixXcd right = svd.matrixV().leftCols(rank) * root.asDiagonal();
-  const Eigen::ComplexEigenSolver<MatrixXcd> eigen(left * matrices.u[1] * right);
-  if (eigen.info() != Eigen::Success) return;
+  const MatrixXcd left = root.asDiagonal() * svd->u.leftCols(rank).adjoint();
+  const MatrixXcd right = svd->v.leftCols(rank) * root.asDiagonal();
+  const auto eigen = detail::eigenpairs(left * matrices.u[1] * right);
+  if (!eigen) return;
   for (Index i = 0; i < rank; ++i) {
-    const Complex u = eigen.eigenvalues()(i);
+    const Complex u = eigen->values(i);
     if (std::abs(u) < 1e-3) continue;
     const Complex log_u = std::log(u);
     const DampedPole pole{log_u.imag() / (kTwoPi * signal.step_s), -log_u.real() / signal.step_s};
     if (pole.frequency_hz < window.low_hz || pole.frequency_hz > window.high_hz) continue;
-    const VectorXcd b = right * eigen.eigenvectors().col(i);
+    const VectorXcd b = right * eigen->vectors.col(i);
     const VectorXcd u0_b = matrices.u[0] * b;
     const Complex norm = b.cwiseProduct(u0_b).sum();  // bilinear: U is complex symmetric
     if (std::abs(norm) == 0.0) continue;

@@ -241,6 +241,12 @@ class Selector {
   }
 
   std::optional<std::string> is_not_needed(std::size_t k, SinusoidFit& without) const {
+    if (is_exact()) {
+      // Of round-off the criteria know nothing.
+      without = refine_sinusoids(m_data.series(), poles_without(k), m_data.final_options());
+      if (m_data.is_round_off(without)) return "the data are exact without it";
+      return std::nullopt;
+    }
     if (!m_criteria.needs_refit_to_judge(m_best, k)) return std::nullopt;
     without = trial(poles_without(k));
     if (!m_criteria.is_supported(without, m_best)) return "not supported by the data";
