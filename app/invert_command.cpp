@@ -5,9 +5,12 @@
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
+#include "harmonic_inversion/releases.hpp"
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -20,6 +23,7 @@ struct InvertCommand {
   std::string time_column = "time_s";
   InversionFlags flags;
   bool joint = false;
+  bool each_release = false;
   std::string json;
 };
 
@@ -51,27 +55,67 @@ std::string table_of(const InversionResult& result) {
   }
   text += fmt::format(
       "residual {:.3g} rms, {:.1f} dB below the strongest\n", result.residual_rms, result.snr_db);
-  for (const std::string& note : result.notes) text += "note: " + note + "\n";
+  for (const std::string& remark : result.remarks) text += "note: " + remark + "\n";
+  for (const std::string& note : result.notes) text += "warning: " + note + "\n";
   return text;
 }
 
-void run(const InvertCommand& command) {
-  const Trace trace = read_trace_csv(command.trace, command.time_column);
-  InversionOptions options = command.flags.options();
-  options.progress = terminal_progress();
+/// The releases side by side, each alone.
+std::string table_of(const RepeatedInversion& repeated) {
+  std::string text = fmt::format("{} release{}, together: ",
+                                 repeated.alone.size(),
+                                 repeated.alone.size() == 1 ? "" : "s") +
+                     table_of(repeated.joint);
+  text += fmt::format("{:>12} {:>12} {:>10} {:>12} {:>10} {:>10}\n",
+                      "release [s]",
+                      "f [Hz]",
+                      "sigma",
+                      "d [1/s]",
+                      "sigma",
+                      "zeta [-]");
+  for (std::size_t n = 0; n < repeated.alone.size(); ++n) {
+    const InversionResult& alone = repeated.alone[n];
+    const DampedSinusoid* mode = repeated.mode_alone(n);
+    text += fmt::format("{:12.4f} ", alone.release_s.value_or(alone.time_origin_s));
+    text += mode == nullptr ? fmt::format("{}\n", alone.message)
+                            : fmt::format("{:12.5f} {:10.2g} {:12.5f} {:10.2g} {:10.5f}\n",
+                                          mode->frequency_hz,
+                                          mode->frequency_sigma_hz,
+                                          mode->decay_per_s,
+                                          mode->decay_sigma_per_s,
+                                          mode->damping_ratio());
+  }
+  if (std::isfinite(repeated.frequency_scatter_hz)) {
+    text += fmt::format("between releases f scatters by {:.2g} Hz, d by {:.2g} 1/s\n",
+                        repeated.frequency_scatter_hz,
+                        repeated.decay_scatter_per_s);
+  }
+  return text;
+}
+
+/// Columns that are inverted together, with their table and their JSON fields.
+using Groups = std::vector<std::vector<std::string>>;
+
+Groups groups_of(const InvertCommand& command, const Trace& trace) {
   const std::vector<std::string> columns =
       command.columns.empty() ? default_columns(trace) : command.columns;
   if (columns.empty())
     throw InputError(fmt::format("{}: has no column to invert beside the time", command.trace));
-  std::vector<std::pair<std::string, InversionResult>> results;
+  if (command.joint) return {columns};
+  Groups groups;
+  for (const std::string& column : columns) groups.push_back({column});
+  return groups;
+}
+
+/// Inverts each group by `invert`, then prints tables and writes JSON.
+template <class Result>
+void invert_groups(const InvertCommand& command,
+                   const Groups& groups,
+                   const std::function<Result(const std::vector<std::string>&)>& invert) {
+  std::vector<std::pair<std::string, Result>> results;
   try {
-    if (command.joint || columns.size() == 1) {
-      results.emplace_back(fmt::format("{}", fmt::join(columns, ", ")),
-                           invert_harmonics(trace, columns, options));
-    } else {
-      for (const std::string& column : columns) {
-        results.emplace_back(column, invert_harmonics(trace, {column}, options));
-      }
+    for (const auto& columns : groups) {
+      results.emplace_back(fmt::format("{}", fmt::join(columns, ", ")), invert(columns));
     }
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", command.trace, error.what()));
@@ -88,6 +132,26 @@ void run(const InvertCommand& command) {
   }
 }
 
+void run(const InvertCommand& command) {
+  const Trace trace = read_trace_csv(command.trace, command.time_column);
+  InversionOptions options = command.flags.options();
+  options.progress = terminal_progress();
+  const Groups groups = groups_of(command, trace);
+  if (command.each_release) {
+    invert_groups<RepeatedInversion>(command, groups, [&](const auto& columns) {
+      const std::vector<Trace> releases = cut_at_releases(trace, columns, options);
+      InversionOptions within = options;  // the parts are cut already
+      within.start_s.reset();
+      within.end_s.reset();
+      return compare_repeats(releases, columns, within);
+    });
+  } else {
+    invert_groups<InversionResult>(command, groups, [&](const auto& columns) {
+      return invert_harmonics(trace, columns, options);
+    });
+  }
+}
+
 }  // namespace
 
 void add_invert_command(CLI::App& cli) {
@@ -98,6 +162,9 @@ void add_invert_command(CLI::App& cli) {
       ->allow_extra_args(false);
   sub->add_option("--time-column", command->time_column, "column that holds the time [s]")
       ->capture_default_str();
+  sub->add_flag("--each-release",
+                command->each_release,
+                "every release of the record, together and each alone");
   sub->add_flag("--joint", command->joint, "all columns share their poles");
   sub->add_option(
       "--json", command->json, "machine-readable result: a file, or - for standard output");

@@ -11,7 +11,6 @@
 #include "core/trace_file.hpp"
 #include "core/units.hpp"
 #include "core/version.hpp"
-#include "harmonic_inversion/inversion_window.hpp"
 #include "rigs/observable.hpp"
 
 #include <fmt/chrono.h>
@@ -86,16 +85,8 @@ void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& opt
                                        repeat.inversion.time_end_s);
 }
 
-/// How the window was chosen is a remark, all else that an inversion says a warning.
-void add_inversion_notes(const Repeat& repeat,
-                         const CalibrationOptions& options,
-                         Calibration& calibration) {
-  const std::size_t num_of_window =
-      choose_window({repeat.trace}, repeat.columns, options.inversion).notes.size();
-  const std::vector<std::string>& notes = repeat.inversion.notes;
-  for (std::size_t i = 0; i < notes.size(); ++i) {
-    (i < num_of_window ? calibration.remarks : calibration.warnings).push_back(notes[i]);
-  }
+void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {
+  sentences.insert(sentences.end(), more.begin(), more.end());
 }
 
 /// All repeats share their poles; each keeps the window it was inverted in alone.
@@ -306,7 +297,9 @@ Calibration calibrate_repeats(const Rig& rig,
   Calibration calibration;
   for (Repeat& repeat : repeats) {
     invert_repeat(rig, repeat, options);
-    add_inversion_notes(repeat, options, calibration);
+    const InversionResult& inversion = repeat.inversion;
+    append(calibration.remarks, inversion.remarks);
+    append(calibration.warnings, inversion.notes);
   }
   calibration.repeats = std::move(repeats);
   calibration.inversion = invert_jointly(calibration.repeats, options);

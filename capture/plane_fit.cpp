@@ -3,7 +3,10 @@
 
 #include "core/error.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -47,24 +50,25 @@ Homography normalisation(const Points& points) {
   return map;
 }
 
-/// The two rows of the direct linear transform per point.
+/// The direct linear transform: the vector that the two rows per point leave smallest.
 Homography direct_linear_transform(const PointPairs& pairs) {
-  const Eigen::Index n = static_cast<Eigen::Index>(pairs.from.size());
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(std::max<Eigen::Index>(2 * n, 9), 9);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const Eigen::RowVector3d p = pairs.from[k].homogeneous().transpose();
-    A.block<1, 3>(2 * i, 0) = p;
-    A.block<1, 3>(2 * i, 6) = -pairs.to[k].x() * p;
-    A.block<1, 3>(2 * i + 1, 3) = p;
-    A.block<1, 3>(2 * i + 1, 6) = -pairs.to[k].y() * p;
+  using Matrix9d = Eigen::Matrix<double, 9, 9>;
+  Matrix9d normal = Matrix9d::Zero();
+  for (std::size_t i = 0; i < pairs.from.size(); ++i) {
+    Eigen::Matrix<double, 2, 9> rows = Eigen::Matrix<double, 2, 9>::Zero();
+    const Eigen::RowVector3d p = pairs.from[i].homogeneous().transpose();
+    rows.block<1, 3>(0, 0) = p;
+    rows.block<1, 3>(1, 3) = p;
+    rows.block<2, 3>(0, 6) = -pairs.to[i] * p;
+    normal.noalias() += rows.transpose() * rows;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeFullV);
-  if (!(svd.singularValues()[7] > kLeastSpread * svd.singularValues()[0])) {
+  // Squares of the singular values, ascending.
+  const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(normal);
+  if (!(eigen.eigenvalues()[1] > kLeastSpread * kLeastSpread * eigen.eigenvalues()[8])) {
     throw InputError(
         "the fixed markers leave the plane's map undetermined, no three of four may be on a line");
   }
-  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
   Homography map;
   map << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
   return map / map(2, 2);
@@ -171,13 +175,13 @@ Homography fit_homography(const PointPairs& pairs) {
 
 bool span_plane(const Points& points) {
   if (points.size() < 4) return false;
-  Eigen::Matrix2Xd offsets(2, points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    offsets.col(static_cast<Eigen::Index>(i)) = points[i];
+  const Eigen::Vector2d mean = weighted_mean({}, points);
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& point : points) {
+    moments += (point - mean) * (point - mean).transpose();
   }
-  offsets.colwise() -= Eigen::Vector2d(offsets.rowwise().mean());
-  const Eigen::Vector2d spread = Eigen::JacobiSVD<Eigen::Matrix2Xd>(offsets).singularValues();
-  return spread[1] > kLeastAcross * spread[0];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread(moments, Eigen::EigenvaluesOnly);
+  return spread.eigenvalues()[0] > kLeastAcross * kLeastAcross * spread.eigenvalues()[1];
 }
 
 int num_parameters(MapKind kind) {

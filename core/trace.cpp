@@ -18,13 +18,28 @@ Channel* Trace::find(std::string_view name) {
   return const_cast<Channel*>(std::as_const(*this).find(name));
 }
 
-const Channel* Trace::time_offset_of(std::string_view name) const {
+namespace {
+
+/// Whose sample a column is: `tip` of `tip.x_mm`, `observable` of `observable_mm`, else the column.
+std::string_view owner_of(std::string_view name) {
   constexpr std::string_view kObservable = "observable";
-  const bool observable = name.starts_with(std::string(kObservable) + '_');
-  const std::size_t dot = name.rfind('.');
-  if (!observable && dot == std::string_view::npos) return nullptr;
-  const std::string_view owner = observable ? kObservable : name.substr(0, dot);
-  return find(std::string(owner) + ".time_offset_s");
+  if (name.starts_with("observable_")) return kObservable;
+  return name.substr(0, name.rfind('.'));
+}
+
+}  // namespace
+
+const Channel* Trace::time_offset_of(std::string_view name) const {
+  const std::string_view owner = owner_of(name);
+  return owner == name ? nullptr : find(std::string(owner) + ".time_offset_s");
+}
+
+const Channel* Trace::sigma_of(std::string_view name) const {
+  const std::string start = std::string(owner_of(name)) + ".sigma_";
+  const auto it = std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) {
+    return channel.name.starts_with(start);
+  });
+  return it == channels.end() ? nullptr : &*it;
 }
 
 std::size_t Trace::num_finite(const Channel& channel) {

@@ -28,6 +28,10 @@ struct Trace {
   /// How much later than `time_s` a channel was sampled: `tip.time_offset_s` for `tip.x_mm`,
   /// `observable.time_offset_s` for `observable_mm`; nullptr if it was sampled then. [s]
   [[nodiscard]] const Channel* time_offset_of(std::string_view name) const;
+  /// The standard deviations of a channel's samples: `tip.sigma_mm` for `tip.x_mm`,
+  /// `observable.sigma_mm` for `observable_mm`, `y.sigma_v` for `y` and `y.a_v`; nullptr if none
+  /// are stated. In the channel's unit.
+  [[nodiscard]] const Channel* sigma_of(std::string_view name) const;
   /// Number of samples of `channel` that are finite.
   [[nodiscard]] static std::size_t num_finite(const Channel& channel);
 };

@@ -115,11 +115,12 @@ CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& spa
 
 }  // namespace
 
-InversionWindow choose_window(const std::vector<Trace>& traces,
+InversionWindow choose_window(std::span<const Trace> traces,
                               const std::vector<std::string>& channels,
                               const InversionOptions& options) {
   if (traces.empty()) throw InputError("no trace was given, expected at least one");
   InversionWindow out;
+  out.num_traces = traces.size();
   for (std::size_t n = 0; n < traces.size(); ++n) {
     check_channels(traces[n], channels);
     const FreeMotion span = choose_span(traces[n], channels, options);

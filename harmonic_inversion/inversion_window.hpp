@@ -5,6 +5,7 @@
 #include "harmonic_inversion/invert_harmonics.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace twang {
 /// The samples that an inversion works on.
 struct InversionWindow {
   std::vector<SampleSeries> series;  ///< one a trace and channel
+  std::size_t num_traces = 0;        ///< the series of one stand together
   std::vector<double>
       origins_s;            ///< time origin of each series: the first row used in its trace [s]
   double end_s = 0.0;       ///< last sample of the first trace used [s]
@@ -29,7 +31,7 @@ struct InversionWindow {
 ///
 /// A start given in `options` that falls before a release moves to the free motion after it.
 /// @throws InputError as `invert_harmonics`
-[[nodiscard]] InversionWindow choose_window(const std::vector<Trace>& traces,
+[[nodiscard]] InversionWindow choose_window(std::span<const Trace> traces,
                                             const std::vector<std::string>& channels,
                                             const InversionOptions& options);
 

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/amplitude_dependence.hpp"
 #include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/inversion_window.hpp"
 #include "harmonic_inversion/select_modes.hpp"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -244,7 +246,7 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   out.time_origin_s = window.origins_s.front();
   out.time_end_s = window.end_s;
   out.release_s = window.release_s;
-  out.notes = window.notes;
+  out.remarks = window.notes;
 
   const Band band = choose_band(options, window);
   SelectionOptions selecting;
@@ -268,6 +270,9 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   }
   add_alias_notes(1.0 / window.step_s, out);
   add_overlap_notes(out);
+  AmplitudeDependence dependence = amplitude_dependence(window.series, window.num_traces, out);
+  out.amplitude_windows = std::move(dependence.windows);
+  if (!dependence.sentence.empty()) out.notes.push_back(std::move(dependence.sentence));
   out.method = describe_method(selection, out);
   out.termination = selection.fit.termination;
   out.message = describe(out);
@@ -336,9 +341,7 @@ InversionResult invert_harmonics(const Trace& trace,
                                  const std::vector<std::string>& channels,
                                  const InversionOptions& options) {
   options.check();
-  // Not in one expression, in which the copy of the trace would live on.
-  const InversionWindow window = choose_window({trace}, channels, options);
-  return invert(window, options);
+  return invert(choose_window({&trace, 1}, channels, options), options);
 }
 
 InversionResult invert_repeats(const std::vector<Trace>& traces,

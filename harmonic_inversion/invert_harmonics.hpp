@@ -38,6 +38,18 @@ struct RejectedMode {
   std::string reason;
 };
 
+/// The strongest mode in a part of a recording.
+struct AmplitudeWindow {
+  std::size_t recording = 0;  ///< of those inverted together
+  double start_s = 0.0;       ///< first and
+  double end_s = 0.0;         ///< last sample used [s]
+  double amplitude = 0.0;     ///< in the middle, root sum of squares over the channels, their unit
+  double frequency_hz = 0.0;
+  double frequency_sigma_hz = kNaN;
+  double decay_per_s = 0.0;
+  double decay_sigma_per_s = kNaN;
+};
+
 /// What harmonic inversion found in one or several channels that share their poles.
 ///
 ///     y_c(t) = offset_c + sum_k A_kc exp(-d_k (t - t0)) sin(2 pi f_k (t - t0) + theta_kc),   t0 =
@@ -56,9 +68,12 @@ struct InversionResult {
   int num_samples = 0;                    ///< finite samples used, all channels
   std::string method;  ///< how the modes were found and how many the data support
   std::vector<RejectedMode> rejected;
-  std::vector<std::string> notes;  ///< window, alias twins, growing modes ...: one sentence each
+  std::vector<std::string> notes;  ///< alias twins, growing modes ...: one sentence each
   Termination termination = Termination::NotRun;
-  std::string message;  ///< one sentence for a person
+  std::string message;               ///< one sentence for a person
+  std::vector<std::string> remarks;  ///< how the window was chosen: one sentence each
+  /// The strongest mode while its amplitude falls, see `amplitude_dependence`.
+  std::vector<AmplitudeWindow> amplitude_windows;
 
   [[nodiscard]] bool usable() const { return !modes.empty(); }
   /// The time origin of a channel: its entry in `channel_origins_s`, else `time_origin_s` [s].

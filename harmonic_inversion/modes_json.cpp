@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/invert_harmonics.hpp"
+#include "harmonic_inversion/releases.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -57,19 +58,60 @@ void add_fields(Json& out, const InversionResult& result) {
                                {"reason", mode.reason}});
   }
   out["notes"] = result.notes;
+  out["remarks"] = result.remarks;
   out["message"] = result.message;
+  out["amplitude_windows"] = Json::array();
+  for (const AmplitudeWindow& window : result.amplitude_windows) {
+    out["amplitude_windows"].push_back(
+        {{"recording", window.recording + 1},
+         {"start_s", window.start_s},
+         {"end_s", window.end_s},
+         {"amplitude", finite_or_null(window.amplitude)},
+         {"frequency_hz", finite_or_null(window.frequency_hz)},
+         {"frequency_sigma_hz", finite_or_null(window.frequency_sigma_hz)},
+         {"decay_per_s", finite_or_null(window.decay_per_s)},
+         {"decay_sigma_per_s", finite_or_null(window.decay_sigma_per_s)}});
+  }
 }
 
-}  // namespace
+/// What one recording says alone of the mode that all share.
+Json repeat_json(const RepeatedInversion& repeated, std::size_t n) {
+  const InversionResult& alone = repeated.alone[n];
+  const DampedSinusoid* mode = repeated.mode_alone(n);
+  const auto value = [&](double DampedSinusoid::*field) {
+    return mode == nullptr ? Json(nullptr) : finite_or_null(mode->*field);
+  };
+  return {{"release_s", alone.release_s ? finite_or_null(*alone.release_s) : Json(nullptr)},
+          {"time_origin_s", finite_or_null(alone.time_origin_s)},
+          {"time_end_s", finite_or_null(alone.time_end_s)},
+          {"frequency_hz", value(&DampedSinusoid::frequency_hz)},
+          {"frequency_sigma_hz", value(&DampedSinusoid::frequency_sigma_hz)},
+          {"decay_per_s", value(&DampedSinusoid::decay_per_s)},
+          {"decay_sigma_per_s", value(&DampedSinusoid::decay_sigma_per_s)},
+          {"message", alone.message}};
+}
 
-std::string modes_to_json(const InversionResult& result) {
+/// Adds the fields of recordings inverted together, and of each alone.
+void add_fields(Json& out, const RepeatedInversion& repeated) {
+  add_fields(out, repeated.joint);
+  out["repeats"] = Json::array();
+  for (std::size_t n = 0; n < repeated.alone.size(); ++n) {
+    out["repeats"].push_back(repeat_json(repeated, n));
+  }
+  out["repeat_scatter"] = {{"frequency_hz", finite_or_null(repeated.frequency_scatter_hz)},
+                           {"decay_per_s", finite_or_null(repeated.decay_scatter_per_s)}};
+}
+
+template <class Result>
+std::string text_of(const Result& result) {
   Json out;
   out["format"] = kFormat;
   add_fields(out, result);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string modes_to_json(const std::vector<std::pair<std::string, InversionResult>>& columns) {
+template <class Result>
+std::string text_of(const std::vector<std::pair<std::string, Result>>& columns) {
   Json out;
   out["format"] = kFormat;
   out["columns"] = Json::object();
@@ -79,6 +121,17 @@ std::string modes_to_json(const std::vector<std::pair<std::string, InversionResu
     out["columns"][name] = std::move(fields);
   }
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string modes_to_json(const InversionResult& result) { return text_of(result); }
+std::string modes_to_json(const RepeatedInversion& repeated) { return text_of(repeated); }
+std::string modes_to_json(const std::vector<std::pair<std::string, InversionResult>>& columns) {
+  return text_of(columns);
+}
+std::string modes_to_json(const std::vector<std::pair<std::string, RepeatedInversion>>& columns) {
+  return text_of(columns);
 }
 
 }  // namespace twang

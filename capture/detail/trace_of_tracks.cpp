@@ -95,6 +95,7 @@ class TraceBuilder {
     }
     std::vector<double>& sigma = add_channel(marker.id + ".sigma_mm");
     for (std::size_t n = 0; n < plane.size(); ++n) sigma[n] = kMillimetresPerMetre * sigma_m[n];
+    m_sigmas_m.push_back(std::move(sigma_m));
     if (m_camera.readout_s > 0.0) {
       std::vector<double>& offset = add_channel(marker.id + ".time_offset_s");
       for (std::size_t n = 0; n < plane.size(); ++n) {
@@ -119,7 +120,9 @@ class TraceBuilder {
       }
     }
     const bool angle = definition.kind == ObservableKind::Angle;
+    const double unit = angle ? 1.0 : kMillimetresPerMetre;
     std::vector<double> values(m_trace.time_s.size(), kNaN);
+    std::vector<double> sigma(values.size(), kNaN);
     std::vector<double> offset_s(values.size(), kNaN);
     for (std::size_t n = 0; n < values.size(); ++n) {
       offset_s[n] = mean_offset_s(which, n);
@@ -128,10 +131,18 @@ class TraceBuilder {
       const bool complete =
           std::all_of(now.begin(), now.end(), [](const auto& p) { return p.allFinite(); });
       if (!complete) continue;
-      values[n] = evaluate_observable(m_rig, now, rest) * (angle ? 1.0 : kMillimetresPerMetre);
+      values[n] = unit * evaluate_observable(m_rig, now, rest);
+      const Eigen::Matrix3Xd gradient = observable_gradient(m_rig, now);
+      double variance = 0.0;
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        variance += std::pow(
+            gradient.col(static_cast<Eigen::Index>(k)).norm() * m_sigmas_m[which[k]][n], 2);
+      }
+      sigma[n] = unit * std::sqrt(variance);
     }
     if (angle) unwrap(values);
     add_channel(observable_column(definition.kind)) = std::move(values);
+    add_channel("observable.sigma_" + observable_unit(definition.kind)) = std::move(sigma);
     if (m_camera.readout_s > 0.0) add_channel("observable.time_offset_s") = std::move(offset_s);
   }
 
@@ -182,6 +193,7 @@ class TraceBuilder {
   const Camera& m_camera;
   const TrackedFilm& m_film;
   std::vector<Positions> m_positions;            // one a marker
+  std::vector<std::vector<double>> m_sigmas_m;   // [marker][frame]
   std::vector<std::vector<double>> m_offsets_s;  // [marker][frame]; empty: global shutter
   Positions m_settled;
   Trace m_trace;

@@ -2,6 +2,7 @@
 #include "capture/detail/find_repeats.hpp"
 
 #include "capture/detail/coded_size.hpp"
+#include "capture/detail/find_cadence.hpp"
 #include "core/constants.hpp"
 
 #include <gtest/gtest.h>
@@ -201,6 +202,24 @@ TEST(FindRepeats, FourFramesAPeriodAreNoCadence) {
     const Filmed filmed = film(vibration(frequency_hz, 20, 0.25 * kPi), as_filmed);
     EXPECT_GE(num_alike(filmed), 20) << frequency_hz;
     EXPECT_EQ(num_found(filmed), 0) << frequency_hz;
+  }
+}
+
+TEST(FindCadence, IsOneOnlyIfTheFilmKeepsItWhereverAnythingMoves) {
+  // Every other picture is like the one before, in a stretch or all along.
+  for (const std::size_t last : {std::size_t{90}, std::size_t{kFrames}}) {
+    std::vector<Likeness> likeness(kFrames, Likeness::Different);
+    detail::Path path{{}, 0.015, 0.3, 0.3};
+    for (std::size_t n = 0; n < kFrames; ++n) {
+      const bool stands = n % 2 == 1 && n < last;
+      if (stands) likeness[n] = Likeness::Alike;
+      path.y.push_back(stands ? path.y.back() : 5.0 * std::sin(0.9 * static_cast<double>(n)));
+    }
+    const std::vector<bool> found = detail::find_cadence(likeness, {path});
+    const long expected = last == kFrames ? kFrames / 2 : 0;
+    EXPECT_NEAR(static_cast<double>(std::count(found.begin(), found.end(), true)),
+                static_cast<double>(expected),
+                last == kFrames ? 1.0 : 0.0);
   }
 }
 

@@ -294,6 +294,13 @@ TEST_F(TrackMarkers, AngleIsPositiveAnticlockwiseAsSeen) {
   // Held down, the line from the middle to the tip is turned clockwise.
   const double rise = motion.end_at(0.0) * (motion.shape(kTip_m) - motion.shape(46e-3));
   EXPECT_NEAR(angle->values[2], std::atan(rise / 30e-3), 5e-4);  // 0.05 px over a base of 170 px
+  // Two ends move the line, each by its sigma over the line's length.
+  const Trace& trace = tracked.result.trace;
+  ASSERT_NE(trace.sigma_of("observable_rad"), nullptr);
+  const double both_mm =
+      std::hypot(trace.find("middle.sigma_mm")->values[2], trace.find("tip.sigma_mm")->values[2]);
+  const double line_mm = std::hypot(30.0, 1e3 * rise);
+  EXPECT_NEAR(trace.sigma_of("observable_rad")->values[2], both_mm / line_mm, 1e-3 * both_mm);
 }
 
 TEST_F(TrackMarkers, OverlayAppearsWholeOrNotAtAll) {
