@@ -51,12 +51,13 @@ Complex one_minus_exp(Complex s) {
 ///
 ///     (1 - z) S_0 = 1 - z^N,   (1 - z) S_1 = z S_0 - N z^N,   (1 - z) S_2 = z (S_0 + 2 S_1) - N²
 ///     z^N
-std::array<Complex, 3> geometric_moments(Complex s, Index count) {
+///
+/// @param last  e^(s count)
+std::array<Complex, 3> geometric_moments(Complex s, Index count, Complex last) {
   std::array<Complex, 3> sum{};
   const auto all = static_cast<double>(count);
   const Complex rest = one_minus_exp(s);
   if (std::abs(rest) * all > kFarFromOne) {
-    const Complex last = std::exp(s * all);
     const Complex z = 1.0 - rest;
     sum[0] = (1.0 - last) / rest;
     sum[1] = (z * sum[0] - all * last) / rest;
@@ -201,10 +202,16 @@ EvenRecord::Moments EvenRecord::moments(const std::vector<DampedPole>& poles) co
   const auto size = 2 * static_cast<Index>(exponents.size());
   const double start = m_series->time_s(0);
   const double h = m_step_s;
+  // e^(s t) before the first sample and after the last.
+  std::vector<Complex> firsts;
+  std::vector<Complex> lasts;
+  for (const Complex s : exponents) {
+    firsts.push_back(std::exp(s * start));
+    lasts.push_back(std::exp(s * (h * static_cast<double>(m_series->value.size()))));
+  }
   // t^q = (start + n h)^q.
-  const auto of_times = [&](Complex s) {
-    const auto sum = geometric_moments(s * h, m_series->value.size());
-    const Complex first = std::exp(s * start);
+  const auto of_times = [&](Complex s, Complex first, Complex last) {
+    const auto sum = geometric_moments(s * h, m_series->value.size(), last);
     return std::array<Complex, 3>{
         first * sum[0],
         first * (start * sum[0] + h * sum[1]),
@@ -214,8 +221,11 @@ EvenRecord::Moments EvenRecord::moments(const std::vector<DampedPole>& poles) co
   out.fill(MatrixXd::Zero(size, size));
   for (std::size_t j = 0; j < exponents.size(); ++j) {
     for (std::size_t k = 0; k <= j; ++k) {
-      const auto sums = of_times(exponents[j] + exponents[k]);
-      const auto differences = of_times(exponents[j] + std::conj(exponents[k]));
+      const auto sums =
+          of_times(exponents[j] + exponents[k], firsts[j] * firsts[k], lasts[j] * lasts[k]);
+      const auto differences = of_times(exponents[j] + std::conj(exponents[k]),
+                                        firsts[j] * std::conj(firsts[k]),
+                                        lasts[j] * std::conj(lasts[k]));
       for (std::size_t q = 0; q < 3; ++q) {
         const Complex plus = 0.5 * (differences[q] + sums[q]);
         const Complex minus = 0.5 * (differences[q] - sums[q]);

@@ -3,14 +3,14 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/detail/decompositions.hpp"
 #include "harmonic_inversion/fourier.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 
@@ -27,6 +27,13 @@ using Eigen::VectorXd;
 constexpr double kOverlap = 0.2;
 /// Fewest basis functions that make a window worth solving.
 constexpr int kMinBasis = 4;
+
+/// From this length on FFTW plans powers of two much sooner than others.
+constexpr std::size_t kLongGrid = 4096;
+
+std::size_t grid_length(std::size_t least) {
+  return least < kLongGrid ? fast_length(least) : std::bit_ceil(least);
+}
 
 /// U(p), p = 0, 1, 2, and the overlaps of the basis with the signal.
 struct BasisMatrices {
@@ -48,7 +55,7 @@ class BasisGrid {
   BasisGrid(const VectorXd& c, Index m)
       : m_c(c),
         m_m(m),
-        m_length(static_cast<Index>(fast_length(static_cast<std::size_t>(2 * m + 2)))) {
+        m_length(static_cast<Index>(grid_length(static_cast<std::size_t>(2 * m + 2)))) {
     VectorXd weighted(2 * m + 1);
     for (Index l = 0; l <= 2 * m; ++l) {
       weighted(l) = static_cast<double>(m - std::abs(m - l) + 1) * c(l);
@@ -141,22 +148,22 @@ void solve_window(const BasisMatrices& matrices,
                   const Band& window,
                   double rank_tolerance,
                   std::vector<PoleCandidate>& out) {
-  const Eigen::BDCSVD<MatrixXcd> svd(matrices.u[0], Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd& s = svd.singularValues();
-  if (!(s(0) > 0.0) || !std::isfinite(s(0))) return;
+  const auto svd = detail::thin_svd(matrices.u[0]);
+  if (!svd || !(svd->s(0) > 0.0)) return;
+  const VectorXd& s = svd->s;
   const Index rank = (s.array() > rank_tolerance * s(0)).count();
   const VectorXd root = s.head(rank).cwiseSqrt().cwiseInverse();
-  const MatrixXcd left = root.asDiagonal() * svd.matrixU().leftCols(rank).adjoint();
-  const MatrixXcd right = svd.matrixV().leftCols(rank) * root.asDiagonal();
-  const Eigen::ComplexEigenSolver<MatrixXcd> eigen(left * matrices.u[1] * right);
-  if (eigen.info() != Eigen::Success) return;
+  const MatrixXcd left = root.asDiagonal() * svd->u.leftCols(rank).adjoint();
+  const MatrixXcd right = svd->v.leftCols(rank) * root.asDiagonal();
+  const auto eigen = detail::eigenpairs(left * matrices.u[1] * right);
+  if (!eigen) return;
   for (Index i = 0; i < rank; ++i) {
-    const Complex u = eigen.eigenvalues()(i);
+    const Complex u = eigen->values(i);
     if (std::abs(u) < 1e-3) continue;
     const Complex log_u = std::log(u);
     const DampedPole pole{log_u.imag() / (kTwoPi * signal.step_s), -log_u.real() / signal.step_s};
     if (pole.frequency_hz < window.low_hz || pole.frequency_hz > window.high_hz) continue;
-    const VectorXcd b = right * eigen.eigenvectors().col(i);
+    const VectorXcd b = right * eigen->vectors.col(i);
     const VectorXcd u0_b = matrices.u[0] * b;
     const Complex norm = b.cwiseProduct(u0_b).sum();  // bilinear: U is complex symmetric
     if (std::abs(norm) == 0.0) continue;

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "harmonic_inversion/amplitude_dependence.hpp"
+#include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/inversion_window.hpp"
 #include "harmonic_inversion/select_modes.hpp"
 
@@ -143,12 +144,13 @@ void measure_residual(const std::vector<SampleSeries>& series,
   double neighbours = 0.0;
   for (std::size_t c = 0; c < series.size(); ++c) {
     const SampleSeries& s = series[c];
+    const Eigen::VectorXd model = evaluate_modes(out, c, s.time_s);
     double squares = 0.0;
     double before = 0.0;
     int used = 0;
     for (Index i = 0; i < s.value.size(); ++i) {
       if (is_outlier[c][static_cast<std::size_t>(i)]) continue;
-      const double r = s.value(i) - out.evaluate(c, s.time_s(i) + out.channel_origins_s[c]);
+      const double r = s.value(i) - model(i);
       squares += r * r;
       neighbours += r * before;
       before = r;

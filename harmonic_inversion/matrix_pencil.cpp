@@ -2,9 +2,10 @@
 #include "harmonic_inversion/matrix_pencil.hpp"
 
 #include "core/constants.hpp"
+#include "harmonic_inversion/detail/decompositions.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/LU>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -44,12 +45,12 @@ MatrixXd solve_shift(const MatrixXd& v1, const MatrixXd& v2) {
   // Total least squares: [V1 V2] = U S W^T, X = -W12 W22^-1.
   MatrixXd both(v1.rows(), 2 * order);
   both << v1, v2;
-  const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(both,
-                                                                           Eigen::ComputeThinV);
-  const MatrixXd& w = svd.matrixV();
+  const auto svd = detail::thin_svd(both);
+  if (!svd) return MatrixXd::Constant(order, order, kNaN);
+  const MatrixXd& w = svd->v;
   const MatrixXd w12 = w.block(0, order, order, order);
   const MatrixXd w22 = w.block(order, order, order, order);
-  return -w22.transpose().fullPivLu().solve(w12.transpose()).transpose();
+  return -w22.transpose().partialPivLu().solve(w12.transpose()).transpose();
 }
 
 /// Poles with positive frequency from the leading `order` right singular vectors.
@@ -59,10 +60,10 @@ std::vector<PoleCandidate> poles_of_subspace(const MatrixXd& v, Index order, dou
   const MatrixXd x =
       solve_shift(v.topRows(shifted).leftCols(order), v.bottomRows(shifted).leftCols(order));
   if (!x.allFinite()) return out;
-  const Eigen::EigenSolver<MatrixXd> eigen(x, false);
-  if (eigen.info() != Eigen::Success) return out;
+  const auto values = detail::eigenvalues(x);
+  if (!values) return out;
   for (Index i = 0; i < order; ++i) {
-    const std::complex<double> u = eigen.eigenvalues()(i);
+    const std::complex<double> u = (*values)(i);
     if (u.imag() <= 0.0 || !(std::abs(u) > 1e-6)) continue;
     const std::complex<double> log_u = std::log(u);
     out.push_back({{log_u.imag() / (kTwoPi * step_s), -log_u.real() / step_s}, 0.0, 0.0});
@@ -83,11 +84,12 @@ std::vector<std::vector<PoleCandidate>> matrix_pencil(const EvenSeries& signal,
   if (pencil < 3 || !signal.value.allFinite()) return out;
   MatrixXd hankel(n - pencil, pencil + 1);
   for (Index j = 0; j <= pencil; ++j) hankel.col(j) = signal.value.segment(j, n - pencil);
-  const Eigen::BDCSVD<MatrixXd> svd(hankel, Eigen::ComputeThinV);
+  const auto svd = detail::thin_svd(hankel);
+  if (!svd) return out;
   for (std::size_t i = 0; i < orders.size(); ++i) {
-    const Index order = orders[i] > 0 ? orders[i] : significant_order(svd.singularValues());
+    const Index order = orders[i] > 0 ? orders[i] : significant_order(svd->s);
     if (order < 1 || order >= pencil) continue;
-    out[i] = poles_of_subspace(svd.matrixV(), order, signal.step_s);
+    out[i] = poles_of_subspace(svd->v, order, signal.step_s);
   }
   return out;
 }

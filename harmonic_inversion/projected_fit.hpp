@@ -11,7 +11,7 @@ namespace twang {
 
 /// The largest exponent of a growing pole; beyond it exp(-d t) is cut, so that its square stays
 /// finite.
-inline constexpr double kMaxGrowthExponent = 300.0;
+inline constexpr double kMaxGrowthExponent = 90.0;
 
 /// The weighted linear least-squares fit of one channel for given poles, and what its residual
 /// knows of the poles.

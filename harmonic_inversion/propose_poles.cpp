@@ -7,7 +7,9 @@
 #include "harmonic_inversion/matrix_pencil.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -53,9 +55,9 @@ struct BandSpectrum {
   }
 };
 
-BandSpectrum spectrum_in_band(const VectorXd& value, double step_s, const Band& band_hz) {
-  const auto length = fast_length(2 * static_cast<std::size_t>(value.size()));
-  const auto spectrum = fourier_transform(value, length);
+BandSpectrum spectrum_in_band(VectorXd value, double step_s, const Band& band_hz) {
+  const std::size_t length = std::bit_ceil(2 * static_cast<std::size_t>(value.size()));
+  const auto spectrum = fourier_transform(std::move(value), length);
   BandSpectrum out;
   out.bin_hz = 1.0 / (static_cast<double>(length) * step_s);
   out.first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / out.bin_hz));
@@ -104,7 +106,7 @@ std::vector<Band> prominent_bands(const EvenSeries& signal, const Band& band_hz)
     const double half = std::cos(0.5 * kPi * static_cast<double>(i) / static_cast<double>(n));
     tapered(i) = half * half * signal.value(i);
   }
-  const BandSpectrum spectrum = spectrum_in_band(tapered, signal.step_s, band_hz);
+  const BandSpectrum spectrum = spectrum_in_band(std::move(tapered), signal.step_s, band_hz);
   const std::vector<double>& height = spectrum.magnitude;
   const double threshold = kStandsOut * median(height);
   const std::vector<double> left = lowest_before(height);

@@ -44,7 +44,7 @@ struct PoleProposal {
 /// @param residuals  one a channel, in units of its noise
 /// @param excluded   places that were tried in vain
 /// @return           at most `count`, largest gain first, amplitude = gain
-[[nodiscard]] std::vector<PoleCandidate> search_residual(const std::vector<SampleSeries>& residuals,
+[[nodiscard]] std::vector<PoleCandidate> search_residual(std::vector<SampleSeries> residuals,
                                                          double step_s,
                                                          const Band& band_hz,
                                                          const std::vector<DampedPole>& excluded,

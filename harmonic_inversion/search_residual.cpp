@@ -4,7 +4,10 @@
 #include "harmonic_inversion/propose_poles.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -22,24 +25,27 @@ constexpr double kFastestDecaySamples = 2.0;
 
 /// An exponential window ends where it has fallen to e^-this.
 constexpr double kWindowEnd = 16.0;
+/// Shorter windows are transformed at the longest length over a power of this.
+constexpr std::size_t kLengthFactor = 64;
 /// Peaks that are kept while the search goes on, and those of which there are enough.
 constexpr std::size_t kManyPeaks = 4096;
 constexpr std::size_t kEnoughPeaks = 256;
 
 /// The samples of a residual in the cells of an even grid.
 struct GriddedResidual {
-  VectorXd sum;    ///< of the samples of each cell
-  VectorXd count;  ///< of them
+  VectorXd sum;                      ///< of the samples of each cell
+  std::vector<std::uint16_t> count;  ///< of them
 };
 
 GriddedResidual put_on_grid(const SampleSeries& residual, double cell_s) {
   const VectorXd& t = residual.time_s;
   const auto length = static_cast<Index>(std::lround(t(t.size() - 1) / cell_s)) + 1;
-  GriddedResidual out{VectorXd::Zero(length), VectorXd::Zero(length)};
+  GriddedResidual out{VectorXd::Zero(length),
+                      std::vector<std::uint16_t>(static_cast<std::size_t>(length))};
   for (Index i = 0; i < t.size(); ++i) {
     const auto cell = static_cast<Index>(std::lround(t(i) / cell_s));
     out.sum(cell) += residual.value(i);
-    out.count(cell) += 1.0;
+    ++out.count[static_cast<std::size_t>(cell)];
   }
   return out;
 }
@@ -50,15 +56,20 @@ struct WindowedResidual {
   double energy = 0.0;
 };
 
-WindowedResidual apply_window(const GriddedResidual& residual, double decay_per_cell) {
-  const auto end = static_cast<Index>(
+/// Cells of the window.
+Index window_length(const GriddedResidual& residual, double decay_per_cell) {
+  return static_cast<Index>(
       std::min(kWindowEnd / decay_per_cell + 1.0, static_cast<double>(residual.sum.size())));
+}
+
+WindowedResidual apply_window(const GriddedResidual& residual, double decay_per_cell) {
+  const Index end = window_length(residual, decay_per_cell);
   WindowedResidual out{VectorXd(end), 0.0};
   const double factor = std::exp(-decay_per_cell);
   double window = 1.0;
   for (Index i = 0; i < end; ++i) {
     out.cells(i) = window * residual.sum(i);
-    out.energy += window * window * residual.count(i);
+    out.energy += window * window * residual.count[static_cast<std::size_t>(i)];
     window *= factor;
   }
   return out;
@@ -79,20 +90,24 @@ struct Gains {
   std::vector<double> gain;
 };
 
-Gains gains_of(const std::vector<GriddedResidual>& residuals, double decay_per_cell) {
-  std::vector<WindowedResidual> windowed;
+/// @param longest_length  a power of two that has room for two of each residual
+Gains gains_of(const std::vector<GriddedResidual>& residuals,
+               double decay_per_cell,
+               std::size_t longest_length) {
   Index longest = 0;
-  for (const GriddedResidual& residual : residuals) {
-    windowed.push_back(apply_window(residual, decay_per_cell));
-    longest = std::max(longest, windowed.back().cells.size());
-  }
+  for (const GriddedResidual& residual : residuals)
+    longest = std::max(longest, window_length(residual, decay_per_cell));
   Gains out;
-  out.length = fast_length(2 * static_cast<std::size_t>(longest));
+  // Few lengths: FFTW plans each one for longer than it takes to transform it.
+  out.length = longest_length;
+  while (out.length / kLengthFactor >= 2 * static_cast<std::size_t>(longest))
+    out.length /= kLengthFactor;
   out.gain.assign(out.length / 2 + 1, 0.0);
-  for (const WindowedResidual& w : windowed) {
-    const auto spectrum = fourier_transform(w.cells, out.length);
+  for (const GriddedResidual& residual : residuals) {
+    WindowedResidual windowed = apply_window(residual, decay_per_cell);
+    const auto spectrum = fourier_transform(std::move(windowed.cells), out.length);
     for (std::size_t k = 0; k < out.gain.size(); ++k) {
-      out.gain[k] += std::norm(spectrum[k]) / (0.5 * w.energy);
+      out.gain[k] += std::norm(spectrum[k]) / (0.5 * windowed.energy);
     }
   }
   return out;
@@ -110,7 +125,7 @@ void keep_largest(std::vector<PoleCandidate>& peaks, std::size_t count) {
 
 }  // namespace
 
-std::vector<PoleCandidate> search_residual(const std::vector<SampleSeries>& residuals,
+std::vector<PoleCandidate> search_residual(std::vector<SampleSeries> residuals,
                                            double step_s,
                                            const Band& band_hz,
                                            const std::vector<DampedPole>& excluded,
@@ -124,10 +139,13 @@ std::vector<PoleCandidate> search_residual(const std::vector<SampleSeries>& resi
   const double cell = even ? step_s : step_s / kUnevenOversampling;
   std::vector<GriddedResidual> gridded;
   for (const SampleSeries& residual : residuals) gridded.push_back(put_on_grid(residual, cell));
+  residuals.clear();
+  const std::size_t longest_length =
+      std::bit_ceil(2 * (static_cast<std::size_t>(std::lround(duration / cell)) + 1));
 
   std::vector<PoleCandidate> peaks;
   for (double d = 0.3 / duration; d < 1.0 / (kFastestDecaySamples * step_s); d *= kDecayFactor) {
-    const Gains gains = gains_of(gridded, d * cell);
+    const Gains gains = gains_of(gridded, d * cell, longest_length);
     const double bin_hz = 1.0 / (static_cast<double>(gains.length) * cell);
     const auto first = static_cast<std::size_t>(std::ceil(band_hz.low_hz / bin_hz));
     const auto last = static_cast<std::size_t>(band_hz.high_hz / bin_hz);

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "harmonic_inversion/mode_criteria.hpp"
+#include "harmonic_inversion/projected_fit.hpp"
 #include "harmonic_inversion/propose_poles.hpp"
 #include "harmonic_inversion/weighted_data.hpp"
 
@@ -30,6 +31,8 @@ constexpr int kMaxRefusals = 6;
 /// alone.
 constexpr double kHopeless = 2.0;
 constexpr double kDoubtful = 4.0;
+/// Samples of a record that the matrix pencil sees too little of.
+constexpr int kLongRecord = 4096;
 /// A peak on the grid of the search has at least this part of the gain between its points.
 constexpr double kHopefulGain = 0.6;
 
@@ -73,10 +76,13 @@ class Selector {
         SampleSeries level = m_data.series()[c];
         level.value = m_data.residual(baseline, c);
         for (PoleProposal& proposal : propose(level, m_options.step_s, m_options.band_hz)) {
+          for (PoleCandidate& candidate : proposal.candidates) settle_growth(candidate.pole);
           proposals.push_back(std::move(proposal));
         }
       }
       if (try_proposals(proposals)) return;
+      // The pencil sees a few hundred samples; of a long record's rest the search knows more.
+      if (!m_best.poles.empty() && m_best.num_samples > kLongRecord) return;
     }
   }
 
@@ -108,6 +114,11 @@ class Selector {
       if (is_exact() || find_peaks({}).empty()) return true;
     }
     return false;
+  }
+
+  /// What is found in a part of the record may grow out of all bounds in the whole.
+  void settle_growth(DampedPole& pole) const {
+    if (-pole.decay_per_s * m_criteria.duration_s() > kMaxGrowthExponent) pole.decay_per_s = 0.0;
   }
 
   static std::vector<DampedPole> poles_of(const PoleProposal& proposal) {
@@ -230,6 +241,12 @@ class Selector {
   }
 
   std::optional<std::string> is_not_needed(std::size_t k, SinusoidFit& without) const {
+    if (is_exact()) {
+      // Of round-off the criteria know nothing.
+      without = refine_sinusoids(m_data.series(), poles_without(k), m_data.final_options());
+      if (m_data.is_round_off(without)) return "the data are exact without it";
+      return std::nullopt;
+    }
     if (!m_criteria.needs_refit_to_judge(m_best, k)) return std::nullopt;
     without = trial(poles_without(k));
     if (!m_criteria.is_supported(without, m_best)) return "not supported by the data";

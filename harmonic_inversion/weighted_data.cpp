@@ -13,8 +13,10 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Relative step at which a trial fit is good enough to be judged, and a final one.
+/// Relative step at which a trial fit is good enough to be judged, of parameters and of the sum of
+/// squares; the latter by this part of a sample's variance; and a final one.
 constexpr double kTrialStep = 1e-5;
+constexpr double kTrialSquares = 5e-3;
 constexpr double kFinalStep = 1e-14;
 constexpr int kTrialIterations = 20;
 constexpr int kFinalIterations = 200;
@@ -54,7 +56,9 @@ RefineOptions WeightedData::options_with_step(double relative_step, int max_iter
 }
 
 RefineOptions WeightedData::trial_options() const {
-  return options_with_step(kTrialStep, kTrialIterations);
+  double samples = 0.0;
+  for (const SampleSeries& s : m_series) samples += static_cast<double>(s.value.size());
+  return options_with_step(std::min(kTrialStep, kTrialSquares / samples), kTrialIterations);
 }
 
 RefineOptions WeightedData::final_options() const {

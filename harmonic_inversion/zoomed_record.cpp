@@ -58,15 +58,17 @@ ZoomedRecord::Sums ZoomedRecord::at(Complex exponent) const {
   const auto times = [&](const auto& re, const auto& im) {
     return Complex(real.dot(re) - imag.dot(im), real.dot(im) + imag.dot(re));
   };
+  Complex factor = std::exp(exponent * (m_start_s + m_half_s));
+  const Complex step = std::exp(exponent * (static_cast<double>(m_length) * m_step_s));
   for (Index b = 0; b < kBlocks; ++b) {
     const auto re = cell.moments.col(b).head<kMoments + 1>();
     const auto im = cell.moments.col(b).tail<kMoments + 1>();
     const double middle_s = m_start_s + static_cast<double>(b * m_length) * m_step_s + m_half_s;
-    const Complex factor = std::exp(exponent * middle_s);
     const Complex plain = factor * times(re.head<kMoments>(), im.head<kMoments>());
     const Complex within = factor * times(re.tail<kMoments>(), im.tail<kMoments>());
     out.plain += plain;
     out.timed += middle_s * plain + m_half_s * within;
+    factor *= step;
   }
   return out;
 }
