@@ -32,7 +32,8 @@ class Model {
     if (!m_records.empty()) return;
     for (std::size_t c = 0; c < series.size(); ++c) {
       const auto record = EvenRecord::from(series[c], weights(c));
-      m_records.push_back(record ? std::make_shared<const EvenRecord>(*record) : nullptr);
+      m_own.push_back(record ? std::make_unique<const EvenRecord>(*record) : nullptr);
+      m_records.push_back(m_own.back().get());
     }
   }
 
@@ -87,7 +88,8 @@ class Model {
 
   const std::vector<SampleSeries>& m_series;
   const RefineOptions& m_options;
-  std::vector<std::shared_ptr<const EvenRecord>> m_records;
+  std::vector<std::unique_ptr<const EvenRecord>> m_own;
+  std::vector<const EvenRecord*> m_records;  // one a channel, null: not long or even
 };
 
 std::vector<DampedPole> poles_from(const double* parameters, std::size_t count) {

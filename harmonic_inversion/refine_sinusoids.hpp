@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include <memory>
 #include <vector>
 
 namespace twang {
@@ -22,8 +21,8 @@ struct RefineOptions {
   std::vector<bool> fixed_decays;  ///< one a pole: its decay stays as given; empty: none
   std::vector<Eigen::VectorXd> weights;  ///< one a channel and sample, 1 / sigma; empty: all 1
   /// One a channel, with its weights in it, instead of `weights`; null where there is none. They
-  /// spare every fit the setting up.
-  std::vector<std::shared_ptr<const EvenRecord>> records;
+  /// spare every fit the setting up, and must outlive it.
+  std::vector<const EvenRecord*> records;
   bool keep_residuals = true;  ///< whether `ChannelFit::residual` is wanted
   void check() const;
 };

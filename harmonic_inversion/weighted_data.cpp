@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/weighted_data.hpp"
 
-#include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/mode_criteria.hpp"
 
 #include <algorithm>
@@ -38,14 +37,14 @@ WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_
     m_floor.push_back(floor);
     m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
     const auto record = EvenRecord::from(s, m_weights.back());
-    m_records.push_back(record ? std::make_shared<EvenRecord>(*record) : nullptr);
+    m_records.push_back(record ? std::make_unique<EvenRecord>(*record) : nullptr);
   }
 }
 
 RefineOptions WeightedData::options_with_step(double relative_step, int max_iterations) const {
   RefineOptions out;
   out.fit_drift = fit_drift;
-  out.records.assign(m_records.begin(), m_records.end());
+  for (const auto& record : m_records) out.records.push_back(record.get());
   if (std::find(m_records.begin(), m_records.end(), nullptr) != m_records.end())
     out.weights = m_weights;
   out.keep_residuals = false;

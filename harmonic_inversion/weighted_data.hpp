@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/refine_sinusoids.hpp"
 
 #include <Eigen/Core>
@@ -49,7 +50,7 @@ class WeightedData {
   double m_step_s;
   std::vector<double> m_floor;                         ///< round-off of each channel
   std::vector<Eigen::VectorXd> m_weights;              ///< one a channel
-  std::vector<std::shared_ptr<EvenRecord>> m_records;  ///< one a channel, null: not long or even
+  std::vector<std::unique_ptr<EvenRecord>> m_records;  ///< one a channel, null: not long or even
   int m_num_outliers = 0;
 };
 
