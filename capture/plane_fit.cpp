@@ -16,7 +16,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
+using Matrix8d = Eigen::MatrixXd;
 using Matrix28d = Eigen::Matrix<double, 2, 8>;
 
 constexpr int kMostIterations = 20;
@@ -52,8 +52,7 @@ Homography normalisation(const Points& points) {
 
 /// The direct linear transform: the vector that the two rows per point leave smallest.
 Homography direct_linear_transform(const PointPairs& pairs) {
-  using Matrix9d = Eigen::Matrix<double, 9, 9>;
-  Matrix9d normal = Matrix9d::Zero();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(9, 9);
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
     Eigen::Matrix<double, 2, 9> rows = Eigen::Matrix<double, 2, 9>::Zero();
     const Eigen::RowVector3d p = pairs.from[i].homogeneous().transpose();
@@ -63,7 +62,7 @@ Homography direct_linear_transform(const PointPairs& pairs) {
     normal.noalias() += rows.transpose() * rows;
   }
   // Squares of the singular values, ascending.
-  const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(normal);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
   if (!(eigen.eigenvalues()[1] > kLeastSpread * kLeastSpread * eigen.eigenvalues()[8])) {
     throw InputError(
         "the fixed markers leave the plane's map undetermined, no three of four may be on a line");
@@ -88,7 +87,7 @@ Matrix28d entries_jacobian(const Homography& map, const Eigen::Vector2d& point) 
 /// Gauss-Newton on the distances in `to`, the last entry held at one.
 Homography refine(Homography map, const PointPairs& pairs) {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    Matrix8d normal = Matrix8d::Zero();
+    Matrix8d normal = Matrix8d::Zero(8, 8);
     Vector8d gradient = Vector8d::Zero();
     for (std::size_t i = 0; i < pairs.from.size(); ++i) {
       const Matrix28d J = entries_jacobian(map, pairs.from[i]);
@@ -114,7 +113,7 @@ Homography fit_shift(const PointPairs& pairs) {
 
 /// Derivative of the eight entries by the parameters of a kind of map, in centred coordinates.
 Eigen::MatrixXd entries_by_parameters(MapKind kind) {
-  if (kind == MapKind::Projective) return Matrix8d::Identity();
+  if (kind == MapKind::Projective) return Matrix8d::Identity(8, 8);
   const int count = num_parameters(kind);
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(8, count);
   G(2, 0) = G(5, 1) = 1.0;  // shift
@@ -180,7 +179,7 @@ bool span_plane(const Points& points) {
   for (const Eigen::Vector2d& point : points) {
     moments += (point - mean) * (point - mean).transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread(moments, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(moments, Eigen::EigenvaluesOnly);
   return spread.eigenvalues()[0] > kLeastAcross * kLeastAcross * spread.eigenvalues()[1];
 }
 
@@ -206,7 +205,7 @@ MapFit fit_map(MapKind kind, const PointPairs& pairs) {
         entries_jacobian(centred, (pairs.from[i] - fit.centre) * fit.scale) * G;
     normal += weight_of(pairs, i) * J.transpose() * J;
   }
-  fit.covariance = G * normal.inverse() * G.transpose();
+  fit.covariance = G * normal.ldlt().solve(G.transpose());
   return fit;
 }
 
