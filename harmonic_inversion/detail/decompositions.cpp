@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/detail/decompositions.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <vector>
-
-using Complex = std::complex<double>;
 
 // The Fortran interface, which every LAPACK has.
 extern "C" {
@@ -24,21 +25,6 @@ void dgesdd_(const char* job,
              const int* lwork,
              int* iwork,
              int* info);
-void zgesdd_(const char* job,
-             const int* m,
-             const int* n,
-             Complex* a,
-             const int* lda,
-             double* s,
-             Complex* u,
-             const int* ldu,
-             Complex* vt,
-             const int* ldvt,
-             Complex* work,
-             const int* lwork,
-             double* rwork,
-             int* iwork,
-             int* info);
 void dgeev_(const char* jobvl,
             const char* jobvr,
             const int* n,
@@ -52,20 +38,6 @@ void dgeev_(const char* jobvl,
             const int* ldvr,
             double* work,
             const int* lwork,
-            int* info);
-void zgeev_(const char* jobvl,
-            const char* jobvr,
-            const int* n,
-            Complex* a,
-            const int* lda,
-            Complex* w,
-            Complex* vl,
-            const int* ldvl,
-            Complex* vr,
-            const int* ldvr,
-            Complex* work,
-            const int* lwork,
-            double* rwork,
             int* info);
 }
 
@@ -94,36 +66,20 @@ bool run_with_work_space(const Call& call) {
 
 }  // namespace
 
-std::optional<ComplexSvd> thin_svd(MatrixXcd a) {
-  const int m = static_cast<int>(a.rows());
-  const int n = static_cast<int>(a.cols());
-  const int least = std::min(m, n);
-  if (least == 0 || !a.allFinite()) return std::nullopt;
-  ComplexSvd out{MatrixXcd(m, least), VectorXd(least), {}};
-  MatrixXcd vh(least, n);
-  const auto k = static_cast<std::size_t>(least);
-  std::vector<double> real_work(k * (5 * k + 7) + 2 * k * static_cast<std::size_t>(m + n));
-  std::vector<int> whole_work(8 * k);
-  const bool done = run_with_work_space<Complex>([&](Complex* work, const int* size, int* info) {
-    zgesdd_("S",
-            &m,
-            &n,
-            a.data(),
-            &m,
-            out.s.data(),
-            out.u.data(),
-            &m,
-            vh.data(),
-            &least,
-            work,
-            size,
-            real_work.data(),
-            whole_work.data(),
-            info);
-  });
-  if (!done) return std::nullopt;
-  out.v = vh.adjoint();
-  return out;
+// Complex ones by Eigen: LAPACK's go through OpenBLAS' zgemv, whose AVX-512 kernel (0.3.21) reads
+// beyond the matrix.
+
+std::optional<ComplexSvd> thin_svd(const MatrixXcd& a) {
+  if (a.size() == 0 || !a.allFinite()) return std::nullopt;
+  const Eigen::BDCSVD<MatrixXcd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return ComplexSvd{svd.matrixU(), svd.singularValues(), svd.matrixV()};
+}
+
+std::optional<Eigenpairs> eigenpairs(const MatrixXcd& a) {
+  if (a.size() == 0 || !a.allFinite()) return std::nullopt;
+  const Eigen::ComplexEigenSolver<MatrixXcd> eigen(a);
+  if (eigen.info() != Eigen::Success) return std::nullopt;
+  return Eigenpairs{eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
 std::optional<RealSvd> thin_svd(MatrixXd a) {
@@ -152,31 +108,6 @@ std::optional<RealSvd> thin_svd(MatrixXd a) {
   });
   if (!done) return std::nullopt;
   out.v = vt.transpose();
-  return out;
-}
-
-std::optional<Eigenpairs> eigenpairs(MatrixXcd a) {
-  const int n = static_cast<int>(a.rows());
-  if (n == 0 || !a.allFinite()) return std::nullopt;
-  Eigenpairs out{VectorXcd(n), MatrixXcd(n, n)};
-  std::vector<double> real_work(2 * static_cast<std::size_t>(n));
-  const bool done = run_with_work_space<Complex>([&](Complex* work, const int* size, int* info) {
-    zgeev_("N",
-           "V",
-           &n,
-           a.data(),
-           &n,
-           out.values.data(),
-           nullptr,
-           &n,
-           out.vectors.data(),
-           &n,
-           work,
-           size,
-           real_work.data(),
-           info);
-  });
-  if (!done) return std::nullopt;
   return out;
 }
 

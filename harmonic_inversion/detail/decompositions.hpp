@@ -5,8 +5,8 @@
 
 #include <optional>
 
-/// Decompositions of dense matrices by LAPACK, each compiled once; nothing where LAPACK finds no
-/// answer, as for values that are not finite.
+/// Decompositions of dense matrices, each compiled once; nothing where there is no answer, as for
+/// values that are not finite.
 namespace twang::detail {
 
 /// A = U S V^H, only as many columns as A has rows or columns.
@@ -28,9 +28,9 @@ struct Eigenpairs {
   Eigen::MatrixXcd vectors;
 };
 
-[[nodiscard]] std::optional<ComplexSvd> thin_svd(Eigen::MatrixXcd a);
+[[nodiscard]] std::optional<ComplexSvd> thin_svd(const Eigen::MatrixXcd& a);
 [[nodiscard]] std::optional<RealSvd> thin_svd(Eigen::MatrixXd a);
-[[nodiscard]] std::optional<Eigenpairs> eigenpairs(Eigen::MatrixXcd a);
+[[nodiscard]] std::optional<Eigenpairs> eigenpairs(const Eigen::MatrixXcd& a);
 [[nodiscard]] std::optional<Eigen::VectorXcd> eigenvalues(Eigen::MatrixXd a);
 
 }  // namespace twang::detail
