@@ -100,10 +100,14 @@ RidgeLine fit_ridge_line(const VectorXd& x, const VectorXd& y, const MatrixXd& c
   const VectorXd q = weight.cwiseProduct(centred) / weight.dot(centred.cwiseProduct(centred));
   line.slope = q.dot(y);
   const VectorXd rest = y.array() - line.mean - line.slope * centred.array();
-  const MatrixXd keeps = MatrixXd::Identity(x.size(), x.size()) -
-                         VectorXd::Ones(x.size()) * (weight / weight.sum()).transpose() -
-                         centred * q.transpose();
-  const double expected = weight.dot((keeps * covariance * keeps.transpose()).diagonal());
+  // Of independent points, as many as are left over after mean and slope.
+  double expected = static_cast<double>(x.size()) - 2.0;
+  if (!covariance.isDiagonal(0.0)) {
+    const MatrixXd keeps = MatrixXd::Identity(x.size(), x.size()) -
+                           VectorXd::Ones(x.size()) * (weight / weight.sum()).transpose() -
+                           centred * q.transpose();
+    expected = weight.dot((keeps * covariance * keeps.transpose()).diagonal());
+  }
   const double found = weight.dot(rest.cwiseProduct(rest));
   const double excess = expected > 0.0 ? std::max(1.0, found / expected) : 1.0;
   line.slope_sigma = std::sqrt(q.dot(covariance * q) * excess);
