@@ -50,12 +50,12 @@ endfunction()
 # All tests with the label unit: what the sanitizers need to have built.
 add_custom_target(unit_tests)
 
-# add_module_test(NAME SOURCES ... [LIBRARIES targets...] [LABEL unit|slow] [TIMEOUT seconds] [COST seconds] [WHOLE]): a GoogleTest
-# program. ctest sees its cases one by one if they are slow; quick ones, which would take longer to start than to run, and those of a
-# program marked WHOLE, which share what is computed once, are one test by the program's name (there, --gtest_filter picks a case).
+# add_module_test(NAME SOURCES ... [LIBRARIES targets...] [LABEL unit|slow] [TIMEOUT seconds] [COST seconds]): a GoogleTest
+# program. ctest sees its cases one by one if they are slow; quick ones, which would take longer to start than to run, are one test by
+# the program's name (there, --gtest_filter picks a case).
 # Until ctest knows how long a test takes it begins with those of the highest COST, so that no long one is left for the end.
 function(add_module_test name)
-  cmake_parse_arguments(ARG "WHOLE" "LABEL;TIMEOUT;COST" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "SOURCES;LIBRARIES" ${ARGN})
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
@@ -73,7 +73,7 @@ function(add_module_test name)
   if(ARG_LABEL STREQUAL unit)
     add_dependencies(unit_tests test_${name})
   endif()
-  if(ARG_WHOLE OR ARG_LABEL STREQUAL unit)
+  if(ARG_LABEL STREQUAL unit)
     add_test(NAME ${name} COMMAND test_${name})
     set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_COST})
   else()
