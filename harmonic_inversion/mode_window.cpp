@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/mode_window.hpp"
 
+#include "harmonic_inversion/detail/decompositions.hpp"
 #include "harmonic_inversion/evaluate_modes.hpp"
-
-#include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <array>
@@ -71,21 +70,25 @@ std::optional<WindowFit> fit_window(const WindowSamples& samples, double f, doub
       fit.sum_of_squares += sums.squares;
     }
     const bool only_amplitudes = iteration == 0;  // f and d have no effect before there are some
+    const Index moving = only_amplitudes ? columns - 2 : columns;
+    const auto triangle = detail::cholesky(normal.bottomRightCorner(moving, moving));
+    if (!triangle) return std::nullopt;
+    const auto solve = [&](const MatrixXd& b) {
+      return detail::solve_triangle(*triangle, detail::solve_transposed_triangle(*triangle, b));
+    };
     if (only_amplitudes) {
-      x = normal.bottomRightCorner(columns - 2, columns - 2).ldlt().solve(right.tail(columns - 2));
+      x = solve(right.tail(moving));
       continue;
     }
-    const Eigen::LDLT<MatrixXd> ldlt(normal);
-    if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 0.0)) return std::nullopt;
     if (iteration > 1 && step <= kStep * f) {
       fit.frequency_hz = f;
       fit.decay_per_s = d;
       fit.amplitude = x.norm();
       fit.freedom = samples.size() - columns;
-      fit.covariance = ldlt.solve(MatrixXd::Identity(columns, columns)).topLeftCorner<2, 2>();
+      fit.covariance = solve(MatrixXd::Identity(columns, columns)).topLeftCorner<2, 2>();
       return fit;
     }
-    const VectorXd change = ldlt.solve(right);
+    const VectorXd change = solve(right);
     if (!change.allFinite()) return std::nullopt;
     f += change(0);
     d += change(1);

@@ -40,6 +40,36 @@ void dgeev_(const char* jobvl,
             double* work,
             const int* lwork,
             int* info);
+void dgesv_(const int* n,
+            const int* nrhs,
+            double* a,
+            const int* lda,
+            int* pivots,
+            double* b,
+            const int* ldb,
+            int* info);
+void dgels_(const char* trans,
+            const int* m,
+            const int* n,
+            const int* nrhs,
+            double* a,
+            const int* lda,
+            double* b,
+            const int* ldb,
+            double* work,
+            const int* lwork,
+            int* info);
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dtrtrs_(const char* uplo,
+             const char* trans,
+             const char* diag,
+             const int* n,
+             const int* nrhs,
+             const double* a,
+             const int* lda,
+             double* b,
+             const int* ldb,
+             int* info);
 }
 
 namespace twang::detail {
@@ -275,6 +305,58 @@ std::optional<VectorXcd> eigenvalues(MatrixXd a) {
   out.real() = real;
   out.imag() = imaginary;
   return out;
+}
+
+std::optional<MatrixXd> solve(MatrixXd a, MatrixXd b) {
+  const int n = static_cast<int>(a.rows());
+  const int columns = static_cast<int>(b.cols());
+  if (n == 0 || !a.allFinite() || !b.allFinite()) return std::nullopt;
+  std::vector<int> pivots(static_cast<std::size_t>(n));
+  int info = 0;
+  dgesv_(&n, &columns, a.data(), &n, pivots.data(), b.data(), &n, &info);
+  if (info != 0) return std::nullopt;
+  return b;
+}
+
+std::optional<MatrixXd> solve_least_squares(MatrixXd a, MatrixXd b) {
+  const int m = static_cast<int>(a.rows());
+  const int n = static_cast<int>(a.cols());
+  const int columns = static_cast<int>(b.cols());
+  if (n == 0 || m < n || !a.allFinite() || !b.allFinite()) return std::nullopt;
+  const bool done = run_with_work_space<double>([&](double* work, const int* size, int* info) {
+    dgels_("N", &m, &n, &columns, a.data(), &m, b.data(), &m, work, size, info);
+  });
+  if (!done) return std::nullopt;
+  return MatrixXd(b.topRows(n));
+}
+
+std::optional<MatrixXd> cholesky(MatrixXd a) {
+  const int n = static_cast<int>(a.rows());
+  if (n == 0 || !a.allFinite()) return std::nullopt;
+  int info = 0;
+  dpotrf_("U", &n, a.data(), &n, &info);
+  if (info != 0) return std::nullopt;
+  for (Index j = 0; j < n; ++j) a.col(j).tail(n - j - 1).setZero();
+  return a;
+}
+
+namespace {
+
+MatrixXd solve_with(const char* transposed, const MatrixXd& r, MatrixXd b) {
+  const int n = static_cast<int>(r.rows());
+  const int columns = static_cast<int>(b.cols());
+  if (n == 0 || columns == 0) return b;
+  int info = 0;
+  dtrtrs_("U", transposed, "N", &n, &columns, r.data(), &n, b.data(), &n, &info);
+  return b;
+}
+
+}  // namespace
+
+MatrixXd solve_triangle(const MatrixXd& r, MatrixXd b) { return solve_with("N", r, std::move(b)); }
+
+MatrixXd solve_transposed_triangle(const MatrixXd& r, MatrixXd b) {
+  return solve_with("T", r, std::move(b));
 }
 
 }  // namespace twang::detail

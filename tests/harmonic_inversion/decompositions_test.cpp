@@ -13,6 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 
 /// Round-off of sums of a few dozen products.
@@ -82,6 +83,39 @@ TEST(Eigenpairs, AreThoseThatWerePutIn) {
     // A normal matrix has its eigenvalues to round-off.
     EXPECT_LT((eigen->values.array() - value).abs().minCoeff(), kRoundOff);
   }
+}
+
+MatrixXd random_real(Index rows, Index columns, std::uint32_t seed) {
+  return random_matrix(rows, columns, seed).real();
+}
+
+TEST(RealSolvers, SolveTheirEquations) {
+  const MatrixXd a = random_real(9, 9, 7);
+  const MatrixXd b = random_real(9, 3, 8);
+  const auto x = solve(a, b);
+  ASSERT_TRUE(x);
+  // The condition of so small a random matrix is some tens.
+  EXPECT_LT((a * *x - b).norm(), 1e-12);
+  const MatrixXd tall = random_real(20, 6, 9);
+  const MatrixXd right = random_real(20, 2, 10);
+  const auto least = solve_least_squares(tall, right);
+  ASSERT_TRUE(least);
+  EXPECT_LT((tall.transpose() * (tall * *least - right)).norm(), 1e-12);
+  const MatrixXd normal = tall.transpose() * tall;
+  const auto r = cholesky(normal);
+  ASSERT_TRUE(r);
+  EXPECT_LT((r->transpose() * *r - normal).norm(), kRoundOff * normal.norm());
+  EXPECT_TRUE(r->isUpperTriangular(0.0));
+  const MatrixXd c = random_real(6, 2, 11);
+  EXPECT_LT((*r * solve_triangle(*r, c) - c).norm(), 1e-12);
+  EXPECT_LT((r->transpose() * solve_transposed_triangle(*r, c) - c).norm(), 1e-12);
+}
+
+TEST(RealSolvers, HaveNoAnswerForWhatIsSingular) {
+  MatrixXd a = random_real(4, 4, 12);
+  a.col(2).setZero();
+  EXPECT_FALSE(solve(a, a));
+  EXPECT_FALSE(cholesky(MatrixXd(-MatrixXd::Identity(3, 3))));
 }
 
 TEST(Decompositions, HaveNoAnswerForWhatIsNotFinite) {
