@@ -19,16 +19,21 @@ function(twang_warnings target)
   endif()
 endfunction()
 
-# The headers that nearly every file includes are read once: twang_precompiled_NAME is made of cmake/precompiled/NAME.hpp, for targets with
-# the same options and definitions.
+# What nearly every file includes is read once. Files still include what they use: they compile with CMAKE_DISABLE_PRECOMPILE_HEADERS=ON, too.
+set(TWANG_COMMON_HEADERS
+  <algorithm> <array> <cmath> <complex> <cstddef> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory> <optional> <random>
+  <set> <string> <string_view> <utility> <vector> <Eigen/Core> <Eigen/Geometry> <Eigen/LU>)
+
+# add_precompiled(NAME HEADERS headers... LIBRARIES targets...): the target twang_precompiled_NAME, whose headers others with the same
+# options and definitions reuse.
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/precompiled.cpp CONTENT "")
 function(add_precompiled name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;LIBRARIES" ${ARGN})
   add_library(twang_precompiled_${name} OBJECT ${PROJECT_BINARY_DIR}/generated/precompiled.cpp)
-  target_include_directories(twang_precompiled_${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_link_libraries(twang_precompiled_${name} PRIVATE ${ARGN})
+  target_link_libraries(twang_precompiled_${name} PRIVATE ${ARG_LIBRARIES})
   target_compile_features(twang_precompiled_${name} PRIVATE cxx_std_20)
   twang_warnings(twang_precompiled_${name})
-  target_precompile_headers(twang_precompiled_${name} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${name}.hpp)
+  target_precompile_headers(twang_precompiled_${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
 function(add_module name)
@@ -41,7 +46,7 @@ function(add_module name)
   target_compile_features(twang_${name} PUBLIC cxx_std_20)
   twang_warnings(twang_${name})
   if(ARG_OWN_OPTIONS)
-    target_precompile_headers(twang_${name} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/room.hpp)
+    target_precompile_headers(twang_${name} PRIVATE ${TWANG_COMMON_HEADERS} <fmt/format.h>)
   else()
     target_precompile_headers(twang_${name} REUSE_FROM twang_precompiled_room)
   endif()
