@@ -53,6 +53,10 @@ constexpr float kCounts = 0.7F;  // root of the weight of a pixel that is judged
 // Between samples of the path of motion, in standard deviations of lens and pixel: the ripple that
 // is left on an edge, 2 exp(−2π²/spacing²), is under 1 % of one sample's share.
 constexpr double kPathSpacing = 1.9;
+// On the way there the path is sampled so many times as coarsely, until steps are shorter than
+// this.
+constexpr double kRoughly = 2.0;
+constexpr double kNear_px = 0.3;
 constexpr double kPixelVariance_px2 = 1.0 / 12.0;
 // Between paper and ink; with less there is nothing to be seen [grey levels].
 constexpr double kLeastContrast = 1.0;
@@ -135,6 +139,7 @@ class Alignment {
   NormalMatrix m_normal;
   Parameters m_gradient;
   double m_turn = 0.0;
+  bool m_rough = false;  // the path's sampling
 };
 
 void row_major(const Eigen::Matrix2d& matrix, float (&values)[4]) {
@@ -172,7 +177,7 @@ bool Alignment::sample_model() {
   const MarkerPlacement& placement = m_result.placement;
   const Eigen::Vector2d path = placement.px_from_pattern.inverse() * placement.motion_px;
   const double blur_px = std::sqrt(m_marker.blur_px() * m_marker.blur_px() + kPixelVariance_px2);
-  const double spacing_px = std::max(1.0, kPathSpacing * blur_px);
+  const double spacing_px = (m_rough ? kRoughly : 1.0) * std::max(1.0, kPathSpacing * blur_px);
   m_workspace.reserve(m_window.width * m_window.height);
   m_kernels.sample(
       m_window,
@@ -316,6 +321,7 @@ void Alignment::judge(const Parameters& step) {
 
 MarkerAlignment Alignment::run() {
   const MarkerPlacement start = m_result.placement;
+  m_rough = m_layout.motion >= 0;
   if (!sample_model()) return m_result;
   find_light();
   const double enough_px = m_layout.num_shape > 1 ? kConverged_px : kAlmostThere_px;
@@ -326,7 +332,7 @@ MarkerAlignment Alignment::run() {
     double moved_px = kInfinity;
     bool whole = false;
     if (!solve(delta, moved_px, whole)) return m_result;
-    if (whole && moved_px <= enough_px) {
+    if (whole && moved_px <= enough_px && !m_rough) {
       judge(delta);
       apply(delta);
       m_result.converged =
@@ -334,6 +340,7 @@ MarkerAlignment Alignment::run() {
       return m_result;
     }
     apply(delta);
+    m_rough = m_rough && moved_px > kNear_px;
     const MarkerPlacement& now = m_result.placement;
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
     const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();
