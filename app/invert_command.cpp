@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -22,6 +23,7 @@ namespace {
 struct InvertCommand {
   std::string trace;
   std::vector<std::string> columns;
+  std::vector<std::string> sigma_columns;
   std::string time_column = "time_s";
   InversionFlags flags;
   bool joint = false;
@@ -117,8 +119,14 @@ std::string table_of(const RepeatedInversion& repeated) {
 using Groups = std::vector<std::vector<std::string>>;
 
 Groups groups_of(const InvertCommand& command, const Trace& trace) {
-  const std::vector<std::string> columns =
+  std::vector<std::string> columns =
       command.columns.empty() ? default_columns(trace) : command.columns;
+  if (command.columns.empty()) {
+    std::erase_if(columns, [&](const std::string& name) {
+      const auto& sigmas = command.sigma_columns;
+      return std::find(sigmas.begin(), sigmas.end(), name) != sigmas.end();
+    });
+  }
   if (columns.empty())
     throw InputError(fmt::format("{}: has no column to invert beside the time", command.trace));
   if (command.joint) return {columns};
@@ -127,15 +135,31 @@ Groups groups_of(const InvertCommand& command, const Trace& trace) {
   return groups;
 }
 
+/// The options for the columns of one group, of all that are inverted.
+InversionOptions options_of(const InvertCommand& command, const Groups& groups, std::size_t group) {
+  InversionOptions options = command.flags.options();
+  options.progress = terminal_progress();
+  options.sigma_columns = command.sigma_columns;
+  if (options.sigma_columns.size() < 2 || groups.size() == 1) return options;
+  if (options.sigma_columns.size() != groups.size()) {
+    throw InputError(fmt::format("--sigma-column is given {} times, must be once or once a column",
+                                 options.sigma_columns.size()));
+  }
+  options.sigma_columns = {command.sigma_columns[group]};
+  return options;
+}
+
 /// Inverts each group by `invert`, then prints tables and writes JSON.
 template <class Result>
-void invert_groups(const InvertCommand& command,
-                   const Groups& groups,
-                   const std::function<Result(const std::vector<std::string>&)>& invert) {
+void invert_groups(
+    const InvertCommand& command,
+    const Groups& groups,
+    const std::function<Result(const std::vector<std::string>&, const InversionOptions&)>& invert) {
   std::vector<std::pair<std::string, Result>> results;
   try {
-    for (const auto& columns : groups) {
-      results.emplace_back(fmt::format("{}", fmt::join(columns, ", ")), invert(columns));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      results.emplace_back(fmt::format("{}", fmt::join(groups[g], ", ")),
+                           invert(groups[g], options_of(command, groups, g)));
     }
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", command.trace, error.what()));
@@ -154,23 +178,22 @@ void invert_groups(const InvertCommand& command,
 
 void run(const InvertCommand& command) {
   const Trace trace = read_trace_csv(command.trace, command.time_column);
-  InversionOptions options = command.flags.options();
-  options.progress = terminal_progress();
   const Groups groups = groups_of(command, trace);
   if (command.each_release) {
-    invert_groups<RepeatedInversion>(command, groups, [&](const auto& columns) {
-      const std::vector<Trace> releases = cut_at_releases(trace, columns, options);
-      InversionOptions within = options;  // the parts are cut already
-      within.start_s.reset();
-      within.end_s.reset();
-      RepeatedInversion repeated = compare_repeats(releases, columns, within);
-      for (std::size_t n = 0; n < releases.size(); ++n) {
-        repeated.alone[n] = with_decay_checks(std::move(repeated.alone[n]), releases[n]);
-      }
-      return repeated;
-    });
+    invert_groups<RepeatedInversion>(
+        command, groups, [&](const auto& columns, const auto& options) {
+          const std::vector<Trace> releases = cut_at_releases(trace, columns, options);
+          InversionOptions within = options;  // the parts are cut already
+          within.start_s.reset();
+          within.end_s.reset();
+          RepeatedInversion repeated = compare_repeats(releases, columns, within);
+          for (std::size_t n = 0; n < releases.size(); ++n) {
+            repeated.alone[n] = with_decay_checks(std::move(repeated.alone[n]), releases[n]);
+          }
+          return repeated;
+        });
   } else {
-    invert_groups<InversionResult>(command, groups, [&](const auto& columns) {
+    invert_groups<InversionResult>(command, groups, [&](const auto& columns, const auto& options) {
       return with_decay_checks(invert_harmonics(trace, columns, options), trace);
     });
   }
@@ -183,6 +206,11 @@ void add_invert_command(CLI::App& cli) {
   auto command = std::make_shared<InvertCommand>();
   sub->add_option("trace", command->trace, "table with a time column (*.csv)")->required();
   sub->add_option("--column", command->columns, "column to invert; may be repeated")
+      ->allow_extra_args(false);
+  sub->add_option("--sigma-column",
+                  command->sigma_columns,
+                  "column with the standard deviations of the samples, once for all columns or "
+                  "once for each; default: NAME.sigma_* if there")
       ->allow_extra_args(false);
   sub->add_option("--time-column", command->time_column, "column that holds the time [s]")
       ->capture_default_str();

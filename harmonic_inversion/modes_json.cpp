@@ -53,6 +53,18 @@ void add_checks(Json& out, const InversionResult& result) {
     out["decay_checks"].push_back(check_json(check));
 }
 
+/// `weights`, one a channel.
+Json weights_json(const std::vector<ChannelWeights>& weights) {
+  Json out = Json::object();
+  for (const ChannelWeights& channel : weights) {
+    const bool stated = !channel.sigma_column.empty();
+    out[channel.channel] = {{"sigma_column", stated ? Json(channel.sigma_column) : Json(nullptr)},
+                            {"sigma_factor", finite_or_null(channel.sigma_factor)},
+                            {"extra_sigma", finite_or_null(channel.extra_sigma)}};
+  }
+  return out;
+}
+
 /// The fields of one inversion, in the order of the format's description.
 void add_fields(Json& out, const InversionResult& result) {
   out["time_origin_s"] = finite_or_null(result.time_origin_s);
@@ -69,6 +81,7 @@ void add_fields(Json& out, const InversionResult& result) {
   out["residual_rms"] = finite_or_null(result.residual_rms);
   out["snr_db"] = finite_or_null(result.snr_db);
   out["num_samples"] = result.num_samples;
+  out["weights"] = weights_json(result.weights);
   out["method"] = result.method;
   out["rejected"] = Json::array();
   for (const RejectedMode& mode : result.rejected) {

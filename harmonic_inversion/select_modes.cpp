@@ -176,12 +176,9 @@ class Selector {
       if (is_exact()) return;
       const auto peaks = find_peaks(refused);
       if (peaks.empty()) return;
-      RefineOptions local = m_data.trial_options();
-      local.weights.clear();  // the residuals carry theirs already
-      local.records.clear();
-      local.fit_drift = false;
+      const std::vector<SampleSeries> residuals = m_data.weighted_residuals(m_best);
       const SinusoidFit single =
-          refine_sinusoids(m_data.weighted_residuals(m_best), {peaks.front().pole}, local);
+          refine_sinusoids(residuals, {peaks.front().pole}, m_data.residual_options(residuals));
       std::vector<DampedPole> poles = m_best.poles;
       poles.push_back(single.poles.front());
       SinusoidFit fit = trial(poles);
@@ -328,6 +325,7 @@ class Selector {
     out.finder = m_finder;
     out.num_outliers = m_data.num_outliers();
     out.is_outlier = m_data.outliers();
+    out.scatter = m_data.scatter();
     return out;
   }
 

@@ -4,6 +4,7 @@
 #include "core/progress.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
 #include "harmonic_inversion/refine_sinusoids.hpp"
+#include "harmonic_inversion/sample_scatter.hpp"
 
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct ModeSelection {
   std::string finder;  ///< whose proposal won
   int num_outliers = 0;
   std::vector<std::vector<bool>> is_outlier;  ///< one a channel and sample: left out of the fit
+  std::vector<SampleScatter> scatter;         ///< one a channel: by it the samples were weighed
 };
 
 /// Chooses the number of damped sinusoids and fits them.
@@ -43,7 +45,8 @@ struct ModeSelection {
 ///   - it is not a heavily damped trifle beside a strong mode (a moving baseline, a transient);
 ///   - where it overlaps a stronger one, it explains much more than a slight change of that mode
 ///     with amplitude would.
-/// Channels are weighted by their own noise; isolated outliers are left out.
+/// Channels are weighted by their own noise and samples by their stated standard deviations;
+/// isolated outliers are left out.
 [[nodiscard]] ModeSelection select_modes(const std::vector<SampleSeries>& series,
                                          const SelectionOptions& options);
 

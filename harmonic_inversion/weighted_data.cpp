@@ -25,6 +25,12 @@ constexpr double kPhaseRoundOff = 2e-16;
 /// A fit with a residual below this part of the signal is worth polishing before it is judged.
 constexpr double kNearlyExact = 1e-4;
 
+/// All the same but for zeros.
+bool has_even_weights(const VectorXd& weights) {
+  const double weight = weights.maxCoeff();
+  return (weights.array() == weight || weights.array() == 0.0).all();
+}
+
 }  // namespace
 
 WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_s)
@@ -35,7 +41,9 @@ WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_
     const double floor =
         (kRoundOff + kPhaseRoundOff * half_turns) * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
     m_floor.push_back(floor);
-    m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
+    m_scatter.push_back({s.sigma.size() > 0 ? 1.0 : 0.0, std::max(spread, floor)});
+    m_weights.push_back(
+        m_scatter.back().variances(s.sigma, s.value.size()).cwiseSqrt().cwiseInverse());
     const auto record = EvenRecord::from(s, m_weights.back());
     m_records.push_back(record ? std::make_unique<EvenRecord>(*record) : nullptr);
   }
@@ -101,35 +109,70 @@ std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fi
   std::vector<SampleSeries> out = m_series;
   const double scale = 1.0 / std::sqrt(std::max(fit.variance(), 1e-300));
   for (std::size_t c = 0; c < out.size(); ++c) {
-    out[c].value = scale * residual(fit, c).cwiseProduct(m_weights[c]);
+    out[c].sigma.resize(0);
+    if (has_even_weights(m_weights[c])) {
+      out[c].value = scale * residual(fit, c).cwiseProduct(m_weights[c]);
+    } else {
+      const double unit = scale * m_weights[c].maxCoeff();
+      out[c].value = unit * residual(fit, c);
+      out[c].sigma = m_weights[c].maxCoeff() * m_weights[c].cwiseInverse();  // no weight: inf
+    }
+  }
+  return out;
+}
+
+RefineOptions WeightedData::residual_options(const std::vector<SampleSeries>& residuals) const {
+  RefineOptions out = trial_options();
+  out.fit_drift = false;
+  out.records.clear();
+  out.weights.clear();
+  const bool even = std::all_of(residuals.begin(), residuals.end(), [](const SampleSeries& s) {
+    return s.sigma.size() == 0;
+  });
+  for (std::size_t c = 0; !even && c < residuals.size(); ++c) {
+    const SampleSeries& s = residuals[c];
+    out.weights.push_back(s.sigma.size() > 0 ? VectorXd(s.sigma.cwiseInverse())
+                                             : VectorXd::Ones(s.value.size()));
   }
   return out;
 }
 
 void WeightedData::weigh(const SinusoidFit& fit) {
   m_num_outliers = 0;
+  const double part_free =
+      static_cast<double>(std::max(fit.num_samples - fit.num_parameters, 1)) / fit.num_samples;
   for (std::size_t c = 0; c < m_series.size(); ++c) {
-    const VectorXd r = residual(fit, c);
-    // Round-off has outliers too, but they mean nothing.
-    const bool exact = r.norm() < m_floor[c] * std::sqrt(static_cast<double>(r.size()));
-    const std::vector<bool> is_outlier =
-        exact ? std::vector<bool>(static_cast<std::size_t>(r.size()), false)
-              : find_isolated_outliers(r);
-    double sum = 0.0;
+    VectorXd r = residual(fit, c);
+    const std::vector<bool> is_outlier = find_outliers(c, r);
     double count = 0.0;
     for (Index i = 0; i < r.size(); ++i) {
-      if (is_outlier[static_cast<std::size_t>(i)]) continue;
-      sum += r(i) * r(i);
-      count += 1.0;
-    }
-    const double sigma = std::max(std::sqrt(sum / std::max(count, 1.0)), m_floor[c]);
-    for (Index i = 0; i < r.size(); ++i) {
       const bool out = is_outlier[static_cast<std::size_t>(i)];
-      m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
+      if (out) r(i) = 0.0;
+      count += out ? 0.0 : 1.0;
       m_num_outliers += out ? 1 : 0;
+    }
+    const VectorXd& sigma = m_series[c].sigma;
+    // Without stated sigmas all weights of a channel are in proportion, whatever the freedom.
+    const double freedom = std::max(count, 1.0) * (sigma.size() > 0 ? part_free : 1.0);
+    m_scatter[c] = scatter_by_squares(r, sigma, freedom);
+    const double least = sigma.size() > 0 ? m_scatter[c].factor * sigma.minCoeff() : 0.0;
+    if (std::hypot(least, m_scatter[c].extra) < m_floor[c]) m_scatter[c].extra = m_floor[c];
+    m_weights[c] = m_scatter[c].variances(sigma, r.size()).cwiseSqrt().cwiseInverse();
+    for (Index i = 0; i < r.size(); ++i) {
+      if (is_outlier[static_cast<std::size_t>(i)]) m_weights[c](i) = 0.0;
     }
     if (m_records[c] && !m_records[c]->set_weights(m_weights[c])) m_records[c] = nullptr;
   }
+}
+
+std::vector<bool> WeightedData::find_outliers(std::size_t c, const VectorXd& r) const {
+  // Round-off has outliers too, but they mean nothing.
+  if (r.norm() < m_floor[c] * std::sqrt(static_cast<double>(r.size())))
+    return std::vector<bool>(static_cast<std::size_t>(r.size()), false);
+  const VectorXd& sigma = m_series[c].sigma;
+  if (sigma.size() == 0) return find_isolated_outliers(r);
+  const VectorXd variances = scatter_by_median(r, sigma).variances(sigma, r.size());
+  return find_isolated_outliers(r.cwiseQuotient(variances.cwiseSqrt()));
 }
 
 std::vector<std::vector<bool>> WeightedData::outliers() const {

@@ -3,6 +3,7 @@
 
 #include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/refine_sinusoids.hpp"
+#include "harmonic_inversion/sample_scatter.hpp"
 
 #include <Eigen/Core>
 
@@ -33,11 +34,17 @@ class WeightedData {
   /// Data less model, unweighted, whether or not the fit has kept it.
   [[nodiscard]] Eigen::VectorXd residual(const SinusoidFit& fit, std::size_t c) const;
 
-  /// Residuals in units of each channel's noise.
+  /// Residuals in units of each channel's noise; where the weights of a channel differ, with the
+  /// `sigma` of each sample in that unit.
   [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const;
+  /// For fits of those.
+  [[nodiscard]] RefineOptions residual_options(const std::vector<SampleSeries>& residuals) const;
 
-  /// Weights each channel by its own residual, and isolated outliers by 0.
+  /// Weights each channel by its own residual and the stated sigmas, and isolated outliers by 0.
   void weigh(const SinusoidFit& fit);
+
+  /// By it the samples of each channel are weighed.
+  [[nodiscard]] const std::vector<SampleScatter>& scatter() const { return m_scatter; }
 
   /// One a channel and sample.
   [[nodiscard]] std::vector<std::vector<bool>> outliers() const;
@@ -45,11 +52,13 @@ class WeightedData {
 
  private:
   [[nodiscard]] RefineOptions options_with_step(double relative_step, int max_iterations) const;
+  [[nodiscard]] std::vector<bool> find_outliers(std::size_t c, const Eigen::VectorXd& r) const;
 
   const std::vector<SampleSeries>& m_series;
   double m_step_s;
   std::vector<double> m_floor;                         ///< round-off of each channel
   std::vector<Eigen::VectorXd> m_weights;              ///< one a channel
+  std::vector<SampleScatter> m_scatter;                ///< likewise
   std::vector<std::unique_ptr<EvenRecord>> m_records;  ///< one a channel, null: not long or even
   int m_num_outliers = 0;
 };
