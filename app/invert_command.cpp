@@ -55,22 +55,24 @@ std::string table_of(const InversionResult& result) {
                                  result.num_samples,
                                  result.method);
   if (!result.usable()) return text + fmt::format("no mode: {}\n", result.message);
-  text += fmt::format("{:>12} {:>10} {:>12} {:>10} {:>10} {:>12} {:>9}\n",
+  text += fmt::format("{:>12} {:>10} {:>12} {:>10} {:>10} {:>10} {:>12} {:>9}\n",
                       "f [Hz]",
                       "sigma",
                       "d [1/s]",
                       "sigma",
                       "zeta [-]",
+                      "sigma",
                       "amplitude",
                       "phase");
   for (const DampedSinusoid& mode : result.modes) {
     const SinusoidInChannel& first = mode.channels.front();
-    text += fmt::format("{:12.5f} {:10.2g} {:12.5f} {:10.2g} {:10.5f} {:12.5g} {:9.4f}\n",
+    text += fmt::format("{:12.5f} {:10.2g} {:12.5f} {:10.2g} {:10.5f} {:10.2g} {:12.5g} {:9.4f}\n",
                         mode.frequency_hz,
                         mode.frequency_sigma_hz,
                         mode.decay_per_s,
                         mode.decay_sigma_per_s,
                         mode.damping_ratio(),
+                        mode.damping_ratio_sigma(),
                         first.amplitude,
                         first.phase_rad);
   }
@@ -88,24 +90,26 @@ std::string table_of(const RepeatedInversion& repeated) {
                                  repeated.alone.size(),
                                  repeated.alone.size() == 1 ? "" : "s") +
                      table_of(repeated.joint);
-  text += fmt::format("{:>12} {:>12} {:>10} {:>12} {:>10} {:>10}\n",
+  text += fmt::format("{:>12} {:>12} {:>10} {:>12} {:>10} {:>10} {:>10}\n",
                       "release [s]",
                       "f [Hz]",
                       "sigma",
                       "d [1/s]",
                       "sigma",
-                      "zeta [-]");
+                      "zeta [-]",
+                      "sigma");
   for (std::size_t n = 0; n < repeated.alone.size(); ++n) {
     const InversionResult& alone = repeated.alone[n];
     const DampedSinusoid* mode = repeated.mode_alone(n);
     text += fmt::format("{:12.4f} ", alone.release_s.value_or(alone.time_origin_s));
     text += mode == nullptr ? fmt::format("{}\n", alone.message)
-                            : fmt::format("{:12.5f} {:10.2g} {:12.5f} {:10.2g} {:10.5f}\n",
+                            : fmt::format("{:12.5f} {:10.2g} {:12.5f} {:10.2g} {:10.5f} {:10.2g}\n",
                                           mode->frequency_hz,
                                           mode->frequency_sigma_hz,
                                           mode->decay_per_s,
                                           mode->decay_sigma_per_s,
-                                          mode->damping_ratio());
+                                          mode->damping_ratio(),
+                                          mode->damping_ratio_sigma());
   }
   if (std::isfinite(repeated.frequency_scatter_hz)) {
     text += fmt::format("between releases f scatters by {:.2g} Hz, d by {:.2g} 1/s\n",
