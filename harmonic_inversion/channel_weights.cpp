@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace twang {
@@ -22,6 +23,8 @@ std::string describe(const ChannelWeights& weights) {
 void describe_weights(const InversionWindow& window,
                       const ModeSelection& selection,
                       InversionResult& out) {
+  int num_left_out = 0;
+  int num_down_weighted = 0;
   for (std::size_t c = 0; c < window.series.size(); ++c) {
     ChannelWeights weights;
     weights.channel = window.series[c].name;
@@ -29,14 +32,22 @@ void describe_weights(const InversionWindow& window,
     const bool weighed = !weights.sigma_column.empty();
     if (weighed) weights.sigma_factor = selection.scatter[c].factor;
     weights.extra_sigma = selection.scatter[c].extra;
+    const std::vector<bool>& left_out = selection.is_outlier[c];
+    weights.num_left_out = static_cast<int>(std::count(left_out.begin(), left_out.end(), true));
+    weights.num_down_weighted = selection.num_down_weighted[c];
     if (weighed) out.remarks.push_back(describe(weights));
+    num_left_out += weights.num_left_out;
+    num_down_weighted += weights.num_down_weighted;
     out.weights.push_back(std::move(weights));
   }
-  if (selection.num_outliers > 0) {
-    out.notes.push_back(
-        fmt::format("{} isolated sample{} far off the model took no part in the fit.",
-                    selection.num_outliers,
-                    selection.num_outliers == 1 ? "" : "s"));
+  const auto samples = [](int count) {
+    return fmt::format("{} sample{} far off the model", count, count == 1 ? "" : "s");
+  };
+  if (num_left_out > 0) {
+    out.notes.push_back(samples(num_left_out) + " took no part in the fit.");
+  }
+  if (num_down_weighted > 0) {
+    out.notes.push_back(samples(num_down_weighted) + " counted less in the fit.");
   }
 }
 

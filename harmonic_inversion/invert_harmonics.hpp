@@ -76,6 +76,8 @@ struct ChannelWeights {
   std::string sigma_column;    ///< of sigma_i; empty: none, or all are the same
   double sigma_factor = kNaN;  ///< 1 where the residual is larger than sigma_i say [-]
   double extra_sigma = kNaN;   ///< scatter beyond sigma_i, in the channel's unit
+  int num_left_out = 0;        ///< outliers that took no part in the fit
+  int num_down_weighted = 0;   ///< outliers of a part of their weight
 };
 
 /// What harmonic inversion found in one or several channels that share their poles.

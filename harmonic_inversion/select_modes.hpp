@@ -32,6 +32,7 @@ struct ModeSelection {
   int num_outliers = 0;
   std::vector<std::vector<bool>> is_outlier;  ///< one a channel and sample: left out of the fit
   std::vector<SampleScatter> scatter;         ///< one a channel: by it the samples were weighed
+  std::vector<int> num_down_weighted;         ///< one a channel: of a part of their weight
 };
 
 /// Chooses the number of damped sinusoids and fits them.
@@ -46,7 +47,10 @@ struct ModeSelection {
 ///   - where it overlaps a stronger one, it explains much more than a slight change of that mode
 ///     with amplitude would.
 /// Channels are weighted by their own noise and samples by their stated standard deviations;
-/// isolated outliers are left out.
+/// isolated outliers are left out. Where some in short runs are seen, or several modes in a short
+/// record may stand for them, it is done again from the strongest mode on with outliers counting
+/// less (see `robust_factors`), and what has the lower criterion is kept, each outlier being an
+/// unknown as a mode's four are.
 [[nodiscard]] ModeSelection select_modes(const std::vector<SampleSeries>& series,
                                          const SelectionOptions& options);
 
