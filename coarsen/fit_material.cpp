@@ -13,14 +13,6 @@
 namespace twang {
 namespace {
 
-/// Standard deviation of g(f, d) from its gradient and the covariance of (f, d).
-double first_order_sigma(double by_frequency, double by_decay, const DampedSinusoid& s) {
-  const double variance = std::pow(by_frequency * s.frequency_sigma_hz, 2) +
-                          std::pow(by_decay * s.decay_sigma_per_s, 2) +
-                          2.0 * by_frequency * by_decay * s.frequency_decay_covariance;
-  return std::sqrt(std::max(variance, 0.0 * variance));  // the product keeps a nan a nan
-}
-
 bool decay_sigmas_known(const std::vector<DampedSinusoid>& sinusoids) {
   return std::all_of(sinusoids.begin(), sinusoids.end(), [](const DampedSinusoid& s) {
     return std::isfinite(s.decay_sigma_per_s) && s.decay_sigma_per_s > 0.0;
@@ -40,16 +32,11 @@ DampedTarget damped_target(const DampedSinusoid& sinusoid) {
         f,
         d));
   }
-  const double lambda_by_f = 2.0 * kTwoPi * kTwoPi * f;
-  const double lambda_by_d = 2.0 * d;
-  const double b = 2.0 * d / lambda;
-
   DampedTarget target;
   target.lambda_per_s2 = lambda;
-  target.lambda_sigma_per_s2 = first_order_sigma(lambda_by_f, lambda_by_d, sinusoid);
-  target.damping_stiffness_b_s = b;
-  target.damping_stiffness_b_sigma_s = first_order_sigma(
-      -b / lambda * lambda_by_f, 2.0 / lambda - b / lambda * lambda_by_d, sinusoid);
+  target.lambda_sigma_per_s2 = sinusoid.lambda_sigma_per_s2();
+  target.damping_stiffness_b_s = sinusoid.damping_stiffness_b_s();
+  target.damping_stiffness_b_sigma_s = sinusoid.damping_stiffness_b_sigma_s();
   return target;
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -39,6 +40,37 @@ struct DampedSinusoid {
   [[nodiscard]] double natural_frequency_hz() const { return std::sqrt(lambda_per_s2()) / kTwoPi; }
   /// d / sqrt(lambda) [-].
   [[nodiscard]] double damping_ratio() const { return decay_per_s / std::sqrt(lambda_per_s2()); }
+  /// b = 2 d / lambda of the damping b K that has this f and d [s].
+  [[nodiscard]] double damping_stiffness_b_s() const { return 2.0 * decay_per_s / lambda_per_s2(); }
+
+  /// The standard deviation of a function of f and d, to first order, from its derivatives: f and d
+  /// are correlated. nan where their own sigmas are.
+  ///
+  ///     sigma² = g^T C g,   C the covariance of (f, d)
+  [[nodiscard]] double sigma_of(double by_frequency, double by_decay) const {
+    const double variance = std::pow(by_frequency * frequency_sigma_hz, 2) +
+                            std::pow(by_decay * decay_sigma_per_s, 2) +
+                            2.0 * by_frequency * by_decay * frequency_decay_covariance;
+    return std::sqrt(std::max(variance, 0.0 * variance));  // the product keeps a nan a nan
+  }
+  /// One standard deviation of each of the above.
+  [[nodiscard]] double lambda_sigma_per_s2() const {
+    return sigma_of(2.0 * kTwoPi * kTwoPi * frequency_hz, 2.0 * decay_per_s);
+  }
+  [[nodiscard]] double natural_frequency_sigma_hz() const {
+    return 0.5 * natural_frequency_hz() * lambda_sigma_per_s2() / lambda_per_s2();
+  }
+  [[nodiscard]] double damping_ratio_sigma() const {
+    const double omega = kTwoPi * frequency_hz;
+    const double scale = omega / std::pow(lambda_per_s2(), 1.5);
+    return sigma_of(-kTwoPi * decay_per_s * scale, omega * scale);
+  }
+  [[nodiscard]] double damping_stiffness_b_sigma_s() const {
+    const double lambda = lambda_per_s2();
+    const double b = damping_stiffness_b_s();
+    return sigma_of(-b / lambda * 2.0 * kTwoPi * kTwoPi * frequency_hz,
+                    2.0 / lambda - b / lambda * 2.0 * decay_per_s);
+  }
 };
 
 }  // namespace twang

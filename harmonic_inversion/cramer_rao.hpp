@@ -26,4 +26,15 @@ struct CramerRaoBound {
 [[nodiscard]] std::vector<CramerRaoBound> cramer_rao_bounds(
     const std::vector<SinusoidTruth>& sinusoids, const SynthesisOptions& options);
 
+/// The same in noise whose standard deviation differs from sample to sample: rows of J and the
+/// noise are divided by it.
+///
+/// @param time_s  of the samples, from the release [s]
+/// @param sigma   of each, above 0
+/// @throws InputError if sizes disagree or a sigma is not above 0
+[[nodiscard]] std::vector<CramerRaoBound> cramer_rao_bounds(
+    const std::vector<SinusoidTruth>& sinusoids,
+    const Eigen::VectorXd& time_s,
+    const Eigen::VectorXd& sigma);
+
 }  // namespace twang

@@ -25,8 +25,9 @@ struct PoleCandidate {
 /// The finite samples of one channel within the window that is inverted.
 struct SampleSeries {
   std::string name;
-  Eigen::VectorXd time_s;  ///< increasing, from the origin of this series [s]
-  Eigen::VectorXd value;   ///< in the channel's unit
+  Eigen::VectorXd time_s;      ///< increasing, from the origin of this series [s]
+  Eigen::VectorXd value;       ///< in the channel's unit
+  Eigen::VectorXd sigma = {};  ///< stated standard deviations; empty: none, or all the same
 };
 
 /// Evenly spaced samples.

@@ -4,11 +4,13 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "harmonic_inversion/release.hpp"
+#include "harmonic_inversion/stated_sigmas.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace twang {
@@ -81,13 +83,20 @@ struct CutSeries {
   SampleSeries series;
   double first_s = 0.0;
   double last_s = 0.0;
+  std::string sigma_column;  ///< empty: the samples count alike
 };
 
 /// The finite samples of one channel in the rows within a span, each at its own time: that of its
 /// row, and what the channel was sampled later.
-CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& span) {
+/// @param sigma_column  empty: the trace's own
+CutSeries cut(const Trace& trace,
+              const std::string& name,
+              const std::string& sigma_column,
+              const FreeMotion& span) {
   const Channel& channel = *trace.find(name);
   const Channel* offset_s = trace.time_offset_of(name);
+  const Channel* sigma = stated_sigmas(trace, channel, sigma_column);
+  CutSeries result;
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < trace.num_samples(); ++i) {
     const double t = trace.time_s[i];
@@ -96,15 +105,17 @@ CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& spa
       rows.push_back(i);
   }
   if (rows.size() < kMinSamples) {
-    throw InputError(
-        fmt::format("column {} has {} finite samples from {:.6g} to {:.6g} s, expected at least {}",
-                    name,
-                    rows.size(),
-                    span.start_s,
-                    span.end_s,
-                    kMinSamples));
+    throw InputError(fmt::format(
+        "column {} has {} finite samples{} from {:.6g} to {:.6g} s, expected at least {}",
+        name,
+        rows.size(),
+        sigma == nullptr ? "" : " with a number in " + sigma->name,
+        span.start_s,
+        span.end_s,
+        kMinSamples));
   }
-  CutSeries result{{}, trace.time_s[rows.front()], trace.time_s[rows.back()]};
+  result.first_s = trace.time_s[rows.front()];
+  result.last_s = trace.time_s[rows.back()];
   SampleSeries& out = result.series;
   out.name = name;
   out.time_s.resize(static_cast<Eigen::Index>(rows.size()));
@@ -113,6 +124,15 @@ CutSeries cut(const Trace& trace, const std::string& name, const FreeMotion& spa
     out.time_s(static_cast<Eigen::Index>(r)) =
         trace.time_s[rows[r]] + (offset_s == nullptr ? 0.0 : offset_s->values[rows[r]]);
     out.value(static_cast<Eigen::Index>(r)) = channel.values[rows[r]];
+  }
+  if (sigma == nullptr) return result;
+  out.sigma.resize(out.value.size());
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    out.sigma(static_cast<Eigen::Index>(r)) = sigma->values[rows[r]];
+  if (out.sigma.maxCoeff() > out.sigma.minCoeff()) {
+    result.sigma_column = sigma->name;
+  } else {
+    out.sigma.resize(0);  // all the same: the samples count alike
   }
   return result;
 }
@@ -123,18 +143,29 @@ InversionWindow choose_window(std::span<const Trace> traces,
                               const std::vector<std::string>& channels,
                               const InversionOptions& options) {
   if (traces.empty()) throw InputError("no trace was given, expected at least one");
+  if (options.sigma_columns.size() > 1 && options.sigma_columns.size() != channels.size()) {
+    throw InputError(
+        fmt::format("{} columns are named for the standard deviations of {}, expected one for all "
+                    "or one each",
+                    options.sigma_columns.size(),
+                    channels.size()));
+  }
   InversionWindow out;
   out.num_traces = traces.size();
   for (std::size_t n = 0; n < traces.size(); ++n) {
     check_channels(traces[n], channels);
-    const FreeMotion span = choose_span(traces[n], channels, options);
+    KnownSamples known = without_unknown_sigmas(traces[n], channels, options.sigma_columns);
+    const Trace& trace = known.trace ? *known.trace : traces[n];
+    std::move(known.notes.begin(), known.notes.end(), std::back_inserter(out.notes));
+    const FreeMotion span = choose_span(trace, channels, options);
     std::vector<SampleSeries> series;
     double origin = kInfinity;
     double end = -kInfinity;
-    for (const std::string& name : channels) {
-      CutSeries part = cut(traces[n], name, span);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      CutSeries part = cut(trace, channels[c], sigma_column_of(options.sigma_columns, c), span);
       origin = std::min(origin, part.first_s);
       end = std::max(end, part.last_s);
+      out.sigma_columns.push_back(part.sigma_column);
       series.push_back(std::move(part.series));
     }
     for (SampleSeries& s : series) {

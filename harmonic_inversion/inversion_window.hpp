@@ -22,6 +22,7 @@ struct InversionWindow {
   double duration_s = 0.0;  ///< of the longest series [s]
   std::optional<double> release_s;  ///< of the first trace [s]
   std::vector<std::string> notes;
+  std::vector<std::string> sigma_columns;  ///< by which each series is weighed; empty: by none
 };
 
 /// Chooses the free motion in each trace and cuts the channels to it.

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "harmonic_inversion/amplitude_dependence.hpp"
+#include "harmonic_inversion/channel_weights.hpp"
 #include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/inversion_window.hpp"
 #include "harmonic_inversion/select_modes.hpp"
@@ -268,12 +269,7 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   }
   collect_modes(selection, band, options.max_modes, out);
   measure_residual(window.series, selection.is_outlier, out);
-  if (selection.num_outliers > 0) {
-    out.notes.push_back(
-        fmt::format("{} isolated sample{} far off the model took no part in the fit.",
-                    selection.num_outliers,
-                    selection.num_outliers == 1 ? "" : "s"));
-  }
+  describe_weights(window, selection, out);
   add_alias_notes(1.0 / window.step_s, out);
   add_overlap_notes(out);
   AmplitudeDependence dependence = amplitude_dependence(window.series, window.num_traces, out);

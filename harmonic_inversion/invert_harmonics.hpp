@@ -28,6 +28,10 @@ struct InversionOptions {
   std::optional<double> end_s;
   int max_modes = 0;  ///< strongest kept; 0: all that the data support
   ProgressCallback progress = {};
+  /// Columns with the standard deviations of the samples, one a channel or one for all; empty:
+  /// those that the trace has for them, see `Trace::sigma_of`. A sample whose own is nan counts as
+  /// missing.
+  std::vector<std::string> sigma_columns = {};
   void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
@@ -64,6 +68,18 @@ struct DecayCheck {
   [[nodiscard]] bool usable() const { return message.empty(); }
 };
 
+/// How the samples of a channel were weighed:
+///
+///     1 / weight² = (sigma_factor sigma_i)² + extra_sigma²                  (see SampleScatter)
+struct ChannelWeights {
+  std::string channel;
+  std::string sigma_column;    ///< of sigma_i; empty: none, or all are the same
+  double sigma_factor = kNaN;  ///< 1 where the residual is larger than sigma_i say [-]
+  double extra_sigma = kNaN;   ///< scatter beyond sigma_i, in the channel's unit
+  int num_left_out = 0;        ///< outliers that took no part in the fit
+  int num_down_weighted = 0;   ///< outliers of a part of their weight
+};
+
 /// What harmonic inversion found in one or several channels that share their poles.
 ///
 ///     y_c(t) = offset_c + sum_k A_kc exp(-d_k (t - t0)) sin(2 pi f_k (t - t0) + theta_kc),   t0 =
@@ -89,6 +105,7 @@ struct InversionResult {
   /// The strongest mode while its amplitude falls, see `amplitude_dependence`.
   std::vector<AmplitudeWindow> amplitude_windows;
   std::vector<DecayCheck> decay_checks;  ///< filled by those who ask for them, see `check_decay`
+  std::vector<ChannelWeights> weights;   ///< one a channel
 
   [[nodiscard]] bool usable() const { return !modes.empty(); }
   /// The time origin of a channel: its entry in `channel_origins_s`, else `time_origin_s` [s].
@@ -103,6 +120,7 @@ struct InversionResult {
 /// the poles, then least squares on the real time stamps for all parameters together, with their
 /// covariance. Where the trace says by how much a channel was sampled later than its rows (a
 /// rolling shutter, see `Trace::time_offset_of`), those are the stamps, and t0 is the first row's.
+/// Where it states the samples' standard deviations, they are the weights, see `ChannelWeights`.
 ///
 /// @param channels  names of channels of `trace`; several share their poles, each has its own
 /// amplitudes

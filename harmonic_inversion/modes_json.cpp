@@ -29,7 +29,13 @@ Json mode_json(const DampedSinusoid& mode) {
           {"decay_sigma_per_s", finite_or_null(mode.decay_sigma_per_s)},
           {"frequency_decay_covariance", finite_or_null(mode.frequency_decay_covariance)},
           {"natural_frequency_hz", finite_or_null(mode.natural_frequency_hz())},
+          {"natural_frequency_sigma_hz", finite_or_null(mode.natural_frequency_sigma_hz())},
           {"damping_ratio", finite_or_null(mode.damping_ratio())},
+          {"damping_ratio_sigma", finite_or_null(mode.damping_ratio_sigma())},
+          {"lambda_per_s2", finite_or_null(mode.lambda_per_s2())},
+          {"lambda_sigma_per_s2", finite_or_null(mode.lambda_sigma_per_s2())},
+          {"damping_stiffness_b_s", finite_or_null(mode.damping_stiffness_b_s())},
+          {"damping_stiffness_b_sigma_s", finite_or_null(mode.damping_stiffness_b_sigma_s())},
           {"error", finite_or_null(mode.error)},
           {"channels", channels}};
 }
@@ -53,6 +59,20 @@ void add_checks(Json& out, const InversionResult& result) {
     out["decay_checks"].push_back(check_json(check));
 }
 
+/// `weights`, one a channel.
+Json weights_json(const std::vector<ChannelWeights>& weights) {
+  Json out = Json::object();
+  for (const ChannelWeights& channel : weights) {
+    const bool stated = !channel.sigma_column.empty();
+    out[channel.channel] = {{"sigma_column", stated ? Json(channel.sigma_column) : Json(nullptr)},
+                            {"sigma_factor", finite_or_null(channel.sigma_factor)},
+                            {"extra_sigma", finite_or_null(channel.extra_sigma)},
+                            {"left_out", channel.num_left_out},
+                            {"down_weighted", channel.num_down_weighted}};
+  }
+  return out;
+}
+
 /// The fields of one inversion, in the order of the format's description.
 void add_fields(Json& out, const InversionResult& result) {
   out["time_origin_s"] = finite_or_null(result.time_origin_s);
@@ -69,6 +89,7 @@ void add_fields(Json& out, const InversionResult& result) {
   out["residual_rms"] = finite_or_null(result.residual_rms);
   out["snr_db"] = finite_or_null(result.snr_db);
   out["num_samples"] = result.num_samples;
+  out["weights"] = weights_json(result.weights);
   out["method"] = result.method;
   out["rejected"] = Json::array();
   for (const RejectedMode& mode : result.rejected) {

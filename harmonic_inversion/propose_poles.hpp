@@ -38,10 +38,10 @@ struct PoleProposal {
 /// The places (f, d) at which one more damped sinusoid would explain most of a residual, by the
 /// periodogram of the residual under exponential windows; uneven stamps are taken as they are.
 ///
-///     gain(f, d) = sum_c |sum_n w_n r_n e^(-d t_n) e^(-i 2 pi f t_n)|² / (1/2 sum_n w_n² e^(-2 d
-///     t_n))
+///     gain(f, d) = sum_c |sum_n w_n r_n e^(-d t_n) e^(-i 2 pi f t_n)|² / (1/2 sum_n w_n e^(-2 d
+///     t_n)),   w_n = 1 / sigma_n²
 ///
-/// @param residuals  one a channel, in units of its noise
+/// @param residuals  one a channel, in units of its noise; sigma_n = 1 where none are stated
 /// @param excluded   places that were tried in vain
 /// @return           at most `count`, largest gain first, amplitude = gain
 [[nodiscard]] std::vector<PoleCandidate> search_residual(std::vector<SampleSeries> residuals,

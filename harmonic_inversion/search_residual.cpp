@@ -35,17 +35,25 @@ constexpr std::size_t kEnoughPeaks = 256;
 struct GriddedResidual {
   VectorXd sum;                      ///< of the samples of each cell
   std::vector<std::uint16_t> count;  ///< of them
+  VectorXd weight;                   ///< sum of theirs, 1 / sigma²; empty: all have 1
+
+  [[nodiscard]] double weight_of(Index cell) const {
+    return weight.size() > 0 ? weight(cell) : count[static_cast<std::size_t>(cell)];
+  }
 };
 
 GriddedResidual put_on_grid(const SampleSeries& residual, double cell_s) {
   const VectorXd& t = residual.time_s;
   const auto length = static_cast<Index>(std::lround(t(t.size() - 1) / cell_s)) + 1;
-  GriddedResidual out{VectorXd::Zero(length),
-                      std::vector<std::uint16_t>(static_cast<std::size_t>(length))};
+  GriddedResidual out{
+      VectorXd::Zero(length), std::vector<std::uint16_t>(static_cast<std::size_t>(length)), {}};
+  if (residual.sigma.size() > 0) out.weight = VectorXd::Zero(length);
   for (Index i = 0; i < t.size(); ++i) {
     const auto cell = static_cast<Index>(std::lround(t(i) / cell_s));
-    out.sum(cell) += residual.value(i);
+    const double weight = residual.sigma.size() > 0 ? std::pow(residual.sigma(i), -2) : 1.0;
+    out.sum(cell) += weight * residual.value(i);
     ++out.count[static_cast<std::size_t>(cell)];
+    if (out.weight.size() > 0) out.weight(cell) += weight;
   }
   return out;
 }
@@ -69,7 +77,7 @@ WindowedResidual apply_window(const GriddedResidual& residual, double decay_per_
   double window = 1.0;
   for (Index i = 0; i < end; ++i) {
     out.cells(i) = window * residual.sum(i);
-    out.energy += window * window * residual.count[static_cast<std::size_t>(i)];
+    out.energy += window * window * residual.weight_of(i);
     window *= factor;
   }
   return out;
@@ -105,6 +113,7 @@ Gains gains_of(const std::vector<GriddedResidual>& residuals,
   out.gain.assign(out.length / 2 + 1, 0.0);
   for (const GriddedResidual& residual : residuals) {
     WindowedResidual windowed = apply_window(residual, decay_per_cell);
+    if (!(windowed.energy > 0.0)) continue;  // all of it without weight
     const auto spectrum = fourier_transform(std::move(windowed.cells), out.length);
     for (std::size_t k = 0; k < out.gain.size(); ++k) {
       out.gain[k] += std::norm(spectrum[k]) / (0.5 * windowed.energy);

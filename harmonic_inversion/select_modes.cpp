@@ -25,6 +25,9 @@ using Eigen::VectorXd;
 constexpr std::size_t kRefinedProposals = 2;
 /// Rounds of adding, dropping and weighing.
 constexpr int kMaxRounds = 5;
+/// Rounds of weighing by robust factors, and their change at which it ends.
+constexpr int kMaxReweights = 15;
+constexpr double kSettledFactor = 0.01;
 /// The residual is searched again after this many proposals in a row were refused, no more.
 constexpr int kMaxRefusals = 6;
 /// Amplitude over sigma of a candidate that is dropped with others, and of one that is dropped
@@ -38,14 +41,19 @@ constexpr double kHopefulGain = 0.6;
 
 class Selector {
  public:
-  Selector(const std::vector<SampleSeries>& series, const SelectionOptions& options)
-      : m_data(series, options.step_s), m_options(options), m_criteria(series, options) {}
+  /// @param robust  outliers in short runs count less, see `robust_factors`
+  Selector(const std::vector<SampleSeries>& series, const SelectionOptions& options, bool robust)
+      : m_data(series, options.step_s), m_options(options), m_criteria(series, options) {
+    m_data.is_robust = robust;
+  }
 
   ModeSelection run() {
     m_best = trial({});
     if (!is_exact()) {
-      start_from_proposals();
-      weigh_channels();  // before the search, lest it explains outliers
+      if (!m_data.is_robust) {
+        start_from_proposals();
+        weigh_channels();  // before the search, lest it explains outliers
+      }
       for (int round = 0; round < kMaxRounds; ++round) {
         const std::size_t poles = m_best.poles.size();
         const int outliers = m_data.num_outliers();
@@ -58,6 +66,18 @@ class Selector {
       settle_decays();
     }
     return finish();
+  }
+
+  /// Whether outliers in short runs may be in the record: they are seen, or several modes may stand
+  /// for them. Beside the modes of a long record they weigh little.
+  [[nodiscard]] bool may_hide_outliers(const ModeSelection& chosen) const {
+    return m_data.saw_runs_of_outliers() ||
+           (chosen.fit.poles.size() > 1 && chosen.fit.num_samples < kLongRecord);
+  }
+
+  /// Of what `run` has chosen, for comparison with another that weighs the samples otherwise.
+  [[nodiscard]] double criterion(const ModeSelection& chosen) const {
+    return m_data.criterion(chosen.fit);
   }
 
  private:
@@ -176,12 +196,9 @@ class Selector {
       if (is_exact()) return;
       const auto peaks = find_peaks(refused);
       if (peaks.empty()) return;
-      RefineOptions local = m_data.trial_options();
-      local.weights.clear();  // the residuals carry theirs already
-      local.records.clear();
-      local.fit_drift = false;
+      const std::vector<SampleSeries> residuals = m_data.weighted_residuals(m_best);
       const SinusoidFit single =
-          refine_sinusoids(m_data.weighted_residuals(m_best), {peaks.front().pole}, local);
+          refine_sinusoids(residuals, {peaks.front().pole}, m_data.residual_options(residuals));
       std::vector<DampedPole> poles = m_best.poles;
       poles.push_back(single.poles.front());
       SinusoidFit fit = trial(poles);
@@ -199,6 +216,7 @@ class Selector {
         continue;
       }
       m_best = std::move(fit);
+      if (m_data.is_robust) weigh_channels();  // lest the next mode explains outliers
       if (m_finder.empty()) m_finder = "search of the residual";
     }
   }
@@ -268,8 +286,11 @@ class Selector {
   }
 
   void weigh_channels() {
-    m_data.weigh(m_best);
-    m_best = trial(m_best.poles);
+    for (int i = 0; i < kMaxReweights; ++i) {
+      const double change = m_data.weigh(m_best);
+      m_best = trial(m_best.poles);
+      if (!m_data.is_robust || change < kSettledFactor) return;
+    }
   }
 
   /// The drift is kept only if the criterion wants it.
@@ -328,6 +349,8 @@ class Selector {
     out.finder = m_finder;
     out.num_outliers = m_data.num_outliers();
     out.is_outlier = m_data.outliers();
+    out.scatter = m_data.scatter();
+    out.num_down_weighted = m_data.num_down_weighted();
     return out;
   }
 
@@ -364,7 +387,14 @@ void SelectionOptions::check() const {
 ModeSelection select_modes(const std::vector<SampleSeries>& series,
                            const SelectionOptions& options) {
   options.check();
-  return Selector(series, options).run();
+  Selector plain(series, options, false);
+  ModeSelection chosen = plain.run();
+  if (!plain.may_hide_outliers(chosen)) return chosen;
+  // Modes and outliers may stand for one another: what is gone within some samples is a mode if
+  // that takes fewer unknowns than an outlier a sample, and a marker's jump is no sum of modes.
+  Selector robust(series, options, true);
+  ModeSelection other = robust.run();
+  return robust.criterion(other) < plain.criterion(chosen) ? other : chosen;
 }
 
 }  // namespace twang

@@ -4,6 +4,7 @@
 #include "core/progress.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
 #include "harmonic_inversion/refine_sinusoids.hpp"
+#include "harmonic_inversion/sample_scatter.hpp"
 
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ struct ModeSelection {
   std::string finder;  ///< whose proposal won
   int num_outliers = 0;
   std::vector<std::vector<bool>> is_outlier;  ///< one a channel and sample: left out of the fit
+  std::vector<SampleScatter> scatter;         ///< one a channel: by it the samples were weighed
+  std::vector<int> num_down_weighted;         ///< one a channel: of a part of their weight
 };
 
 /// Chooses the number of damped sinusoids and fits them.
@@ -43,7 +46,11 @@ struct ModeSelection {
 ///   - it is not a heavily damped trifle beside a strong mode (a moving baseline, a transient);
 ///   - where it overlaps a stronger one, it explains much more than a slight change of that mode
 ///     with amplitude would.
-/// Channels are weighted by their own noise; isolated outliers are left out.
+/// Channels are weighted by their own noise and samples by their stated standard deviations;
+/// isolated outliers are left out. Where some in short runs are seen, or several modes in a short
+/// record may stand for them, it is done again from the strongest mode on with outliers counting
+/// less (see `robust_factors`), and what has the lower criterion is kept, each outlier being an
+/// unknown as a mode's four are.
 [[nodiscard]] ModeSelection select_modes(const std::vector<SampleSeries>& series,
                                          const SelectionOptions& options);
 

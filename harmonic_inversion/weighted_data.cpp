@@ -2,6 +2,7 @@
 #include "harmonic_inversion/weighted_data.hpp"
 
 #include "harmonic_inversion/mode_criteria.hpp"
+#include "harmonic_inversion/robust_factors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,12 @@ constexpr double kPhaseRoundOff = 2e-16;
 /// A fit with a residual below this part of the signal is worth polishing before it is judged.
 constexpr double kNearlyExact = 1e-4;
 
+/// All the same but for zeros.
+bool has_even_weights(const VectorXd& weights) {
+  const double weight = weights.maxCoeff();
+  return (weights.array() == weight || weights.array() == 0.0).all();
+}
+
 }  // namespace
 
 WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_s)
@@ -35,7 +42,10 @@ WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_
     const double floor =
         (kRoundOff + kPhaseRoundOff * half_turns) * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
     m_floor.push_back(floor);
-    m_weights.push_back(VectorXd::Constant(s.value.size(), 1.0 / std::max(spread, floor)));
+    m_scatter.push_back({s.sigma.size() > 0 ? 1.0 : 0.0, std::max(spread, floor)});
+    m_weights.push_back(
+        m_scatter.back().variances(s.sigma, s.value.size()).cwiseSqrt().cwiseInverse());
+    m_factors.push_back(VectorXd::Ones(s.value.size()));
     const auto record = EvenRecord::from(s, m_weights.back());
     m_records.push_back(record ? std::make_unique<EvenRecord>(*record) : nullptr);
   }
@@ -101,35 +111,102 @@ std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fi
   std::vector<SampleSeries> out = m_series;
   const double scale = 1.0 / std::sqrt(std::max(fit.variance(), 1e-300));
   for (std::size_t c = 0; c < out.size(); ++c) {
-    out[c].value = scale * residual(fit, c).cwiseProduct(m_weights[c]);
+    out[c].sigma.resize(0);
+    if (has_even_weights(m_weights[c])) {
+      out[c].value = scale * residual(fit, c).cwiseProduct(m_weights[c]);
+    } else {
+      const double unit = scale * m_weights[c].maxCoeff();
+      out[c].value = unit * residual(fit, c);
+      out[c].sigma = m_weights[c].maxCoeff() * m_weights[c].cwiseInverse();  // no weight: inf
+    }
   }
   return out;
 }
 
-void WeightedData::weigh(const SinusoidFit& fit) {
+RefineOptions WeightedData::residual_options(const std::vector<SampleSeries>& residuals) const {
+  RefineOptions out = trial_options();
+  out.fit_drift = false;
+  out.records.clear();
+  out.weights.clear();
+  const bool even = std::all_of(residuals.begin(), residuals.end(), [](const SampleSeries& s) {
+    return s.sigma.size() == 0;
+  });
+  for (std::size_t c = 0; !even && c < residuals.size(); ++c) {
+    const SampleSeries& s = residuals[c];
+    out.weights.push_back(s.sigma.size() > 0 ? VectorXd(s.sigma.cwiseInverse())
+                                             : VectorXd::Ones(s.value.size()));
+  }
+  return out;
+}
+
+double WeightedData::weigh(const SinusoidFit& fit) {
   m_num_outliers = 0;
+  double change = 0.0;
   for (std::size_t c = 0; c < m_series.size(); ++c) {
     const VectorXd r = residual(fit, c);
-    // Round-off has outliers too, but they mean nothing.
-    const bool exact = r.norm() < m_floor[c] * std::sqrt(static_cast<double>(r.size()));
-    const std::vector<bool> is_outlier =
-        exact ? std::vector<bool>(static_cast<std::size_t>(r.size()), false)
-              : find_isolated_outliers(r);
-    double sum = 0.0;
-    double count = 0.0;
-    for (Index i = 0; i < r.size(); ++i) {
-      if (is_outlier[static_cast<std::size_t>(i)]) continue;
-      sum += r(i) * r(i);
-      count += 1.0;
-    }
-    const double sigma = std::max(std::sqrt(sum / std::max(count, 1.0)), m_floor[c]);
-    for (Index i = 0; i < r.size(); ++i) {
-      const bool out = is_outlier[static_cast<std::size_t>(i)];
-      m_weights[c](i) = out ? 0.0 : 1.0 / sigma;
-      m_num_outliers += out ? 1 : 0;
-    }
+    VectorXd factors = find_factors(c, r);
+    change = std::max(change, (factors - m_factors[c]).cwiseAbs().maxCoeff());
+    m_factors[c] = std::move(factors);
+    m_num_outliers += static_cast<int>((m_factors[c].array() == 0.0).count());
+    m_scatter[c] = find_scatter(c, r, fit);
+    m_weights[c] =
+        m_factors[c].cwiseQuotient(m_scatter[c].variances(m_series[c].sigma, r.size()).cwiseSqrt());
     if (m_records[c] && !m_records[c]->set_weights(m_weights[c])) m_records[c] = nullptr;
   }
+  return change;
+}
+
+SampleScatter WeightedData::find_scatter(std::size_t c,
+                                         const VectorXd& r,
+                                         const SinusoidFit& fit) const {
+  const VectorXd& sigma = m_series[c].sigma;
+  double freedom = std::max(m_factors[c].squaredNorm(), 1.0);
+  // Without stated sigmas all weights of a channel are in proportion, whatever the freedom.
+  if (sigma.size() > 0)
+    freedom *=
+        static_cast<double>(std::max(fit.num_samples - fit.num_parameters, 1)) / fit.num_samples;
+  SampleScatter out = scatter_by_squares(r.cwiseProduct(m_factors[c]), sigma, freedom);
+  const double least = sigma.size() > 0 ? out.factor * sigma.minCoeff() : 0.0;
+  if (std::hypot(least, out.extra) < m_floor[c]) out.extra = m_floor[c];
+  return out;
+}
+
+VectorXd WeightedData::find_factors(std::size_t c, const VectorXd& r) {
+  // Round-off has outliers too, but they mean nothing.
+  if (r.norm() < m_floor[c] * std::sqrt(static_cast<double>(r.size())))
+    return VectorXd::Ones(r.size());
+  const VectorXd& sigma = m_series[c].sigma;
+  VectorXd z = r;
+  if (sigma.size() > 0)
+    z = r.cwiseQuotient(scatter_by_median(r, sigma).variances(sigma, r.size()).cwiseSqrt());
+  VectorXd isolated = VectorXd::Ones(z.size());
+  const std::vector<bool> is_isolated = find_isolated_outliers(z);
+  for (Index i = 0; i < z.size(); ++i) {
+    if (is_isolated[static_cast<std::size_t>(i)]) isolated(i) = 0.0;
+  }
+  VectorXd robust = robust_factors(z);
+  if (!is_robust) {
+    m_saw_runs_of_outliers |= (robust.array() < isolated.array()).any();
+    return isolated;
+  }
+  // All or nothing in a long even record: the quick way knows no other weights.
+  if (m_records[c]) robust = (robust.array() >= 0.5).cast<double>();
+  return robust.cwiseMin(isolated);
+}
+
+double WeightedData::criterion(const SinusoidFit& fit) const {
+  double out = 0.0;
+  double samples = 0.0;
+  double outliers = 0.0;
+  for (std::size_t c = 0; c < m_series.size(); ++c) {
+    const VectorXd r = residual(fit, c);
+    const VectorXd variances = find_scatter(c, r, fit).variances(m_series[c].sigma, r.size());
+    out += (r.cwiseProduct(m_factors[c]).array().square() / variances.array()).sum() +
+           variances.array().log().sum();
+    samples += static_cast<double>(r.size());
+    outliers += (1.0 - m_factors[c].array()).sum();
+  }
+  return out + (fit.num_parameters + outliers) * std::log(samples);
 }
 
 std::vector<std::vector<bool>> WeightedData::outliers() const {
@@ -139,6 +216,14 @@ std::vector<std::vector<bool>> WeightedData::outliers() const {
     for (Index i = 0; i < weights.size(); ++i) {
       out.back()[static_cast<std::size_t>(i)] = weights(i) == 0.0;
     }
+  }
+  return out;
+}
+
+std::vector<int> WeightedData::num_down_weighted() const {
+  std::vector<int> out;
+  for (const VectorXd& factors : m_factors) {
+    out.push_back(static_cast<int>((factors.array() > 0.0 && factors.array() < 1.0).count()));
   }
   return out;
 }

@@ -38,12 +38,34 @@ TEST(ModesJson, CarriesEveryFieldOfTheFormatAndReadsBackExactly) {
     EXPECT_EQ(mode["decay_sigma_per_s"].get<double>(), expected.decay_sigma_per_s);
     EXPECT_EQ(mode["natural_frequency_hz"].get<double>(), expected.natural_frequency_hz());
     EXPECT_EQ(mode["damping_ratio"].get<double>(), expected.damping_ratio());
+    EXPECT_EQ(mode["damping_ratio_sigma"].get<double>(), expected.damping_ratio_sigma());
+    EXPECT_EQ(mode["natural_frequency_sigma_hz"].get<double>(),
+              expected.natural_frequency_sigma_hz());
+    EXPECT_EQ(mode["lambda_per_s2"].get<double>(), expected.lambda_per_s2());
+    EXPECT_EQ(mode["lambda_sigma_per_s2"].get<double>(), expected.lambda_sigma_per_s2());
+    EXPECT_EQ(mode["damping_stiffness_b_s"].get<double>(), expected.damping_stiffness_b_s());
+    EXPECT_EQ(mode["damping_stiffness_b_sigma_s"].get<double>(),
+              expected.damping_stiffness_b_sigma_s());
     EXPECT_EQ(mode["channels"]["y"]["amplitude"].get<double>(), expected.channels[0].amplitude);
     EXPECT_EQ(mode["channels"]["y"]["phase_rad"].get<double>(), expected.channels[0].phase_rad);
     EXPECT_TRUE(mode.contains("error"));
   }
   // 20 log10(A1 / residual): 1 over 0.01 is 40 dB, with 1 % of scatter.
   EXPECT_NEAR(json["snr_db"].get<double>(), 40.0, 0.5);
+}
+
+TEST(ModesJson, SaysHowTheSamplesWereWeighed) {
+  InversionResult result = example();
+  result.weights = {{"y", "y.sigma_mm", 1.0, 0.25, 3, 2}};
+  const Json stated = Json::parse(modes_to_json(result))["weights"]["y"];
+  EXPECT_EQ(stated["sigma_column"], "y.sigma_mm");
+  EXPECT_EQ(stated["sigma_factor"].get<double>(), 1.0);
+  EXPECT_EQ(stated["extra_sigma"].get<double>(), 0.25);
+  EXPECT_EQ(stated["left_out"].get<int>(), 3);
+  EXPECT_EQ(stated["down_weighted"].get<int>(), 2);
+  const Json alike = Json::parse(modes_to_json(example()))["weights"]["y"];
+  EXPECT_TRUE(alike["sigma_column"].is_null());
+  EXPECT_TRUE(alike["sigma_factor"].is_null());
 }
 
 TEST(ModesJson, WritesNullForWhatIsNotFinite) {
