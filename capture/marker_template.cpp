@@ -55,7 +55,9 @@ MarkerTemplate::MarkerTemplate(const SharpMarker& sharp, double blur_px)
   const int first = m_cut_out ? 0 : kSamplesPerCell * std::max(0, spare);
   const cv::Mat values = blurred(sharp, blur_px, first);
   m_side = (values.rows - 1) / kSamplesPerCell + 1;
-  make_cells(values.ptr<float>(), static_cast<std::ptrdiff_t>(values.step1()));
+  make_cells(values.ptr<float>(),
+             static_cast<std::ptrdiff_t>(values.step1()),
+             sharp.is_mirrored() && !m_cut_out);
 }
 
 MarkerTemplate MarkerTemplate::cut_out(const MarkerPattern& pattern,
@@ -72,14 +74,11 @@ std::array<float, detail::kCellFloats>& MarkerTemplate::cell(int column, int row
   return m_cells[static_cast<std::size_t>(line * m_part + (column >> detail::kCellPhaseBits))];
 }
 
-/// Values and derivatives by the cell's index (differences of fourth order) of every other sample;
-/// beyond the square all is paper.
-/// @param first   of the samples
-/// @param stride  from one row of them to the next
-void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride) {
-  m_part = (m_side + detail::kCellPhases - 1) / detail::kCellPhases;
-  const auto padded = static_cast<std::size_t>(detail::kCellPhases * m_part);
-  m_cells.assign(padded * padded, {1.0F});
+namespace {
+
+/// Value and derivatives by the cell's index (differences of fourth order) at a sample.
+/// @param stride  from one row of samples to the next
+std::array<float, detail::kCellFloats> cell_at(const float* r, std::ptrdiff_t stride) {
   constexpr float kPerStep = static_cast<float>(kSamplesPerCell);
   const auto slope = [](float a, float b, float d, float e) {
     return kPerStep / 12.0F * (8.0F * (d - b) - (e - a));
@@ -87,19 +86,38 @@ void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride) {
   const auto bend = [](float a, float b, float c, float d, float e) {
     return kPerStep * kPerStep / 12.0F * (16.0F * (b + d) - (a + e) - 30.0F * c);
   };
-  for (int j = 1; j + 1 < m_side; ++j) {
-    for (int i = 1; i + 1 < m_side; ++i) {
-      const float* r = first + kSamplesPerCell * (j * stride + i);
-      const auto down = [&](int rows) { return r[rows * stride]; };
-      const auto corner = [&](int right, int below) { return r[below * stride + right]; };
-      auto& f = cell(i, j);
-      f[0] = r[0];
-      f[1] = slope(r[-2], r[-1], r[1], r[2]);
-      f[2] = slope(down(-2), down(-1), down(1), down(2));
-      f[3] = 0.25F * kPerStep * kPerStep *
-             (corner(1, 1) - corner(-1, 1) - corner(1, -1) + corner(-1, -1));
-      f[4] = bend(r[-2], r[-1], r[0], r[1], r[2]);
-      f[5] = bend(down(-2), down(-1), r[0], down(1), down(2));
+  const auto down = [&](int rows) { return r[rows * stride]; };
+  const auto corner = [&](int right, int below) { return r[below * stride + right]; };
+  return {
+      r[0],
+      slope(r[-2], r[-1], r[1], r[2]),
+      slope(down(-2), down(-1), down(1), down(2)),
+      0.25F * kPerStep * kPerStep * (corner(1, 1) - corner(-1, 1) - corner(1, -1) + corner(-1, -1)),
+      bend(r[-2], r[-1], r[0], r[1], r[2]),
+      bend(down(-2), down(-1), r[0], down(1), down(2))};
+}
+
+}  // namespace
+
+/// A cell for every other sample; beyond the square all is paper.
+/// @param first     of the samples
+/// @param stride    from one row of them to the next
+/// @param mirrored  the pattern is its own mirror image, both ways: a quarter says all
+void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride, bool mirrored) {
+  m_part = (m_side + detail::kCellPhases - 1) / detail::kCellPhases;
+  const auto padded = static_cast<std::size_t>(detail::kCellPhases * m_part);
+  m_cells.assign(padded * padded, {1.0F});
+  const int end = mirrored ? (m_side + 1) / 2 : m_side - 1;
+  for (int j = 1; j < end; ++j) {
+    for (int i = 1; i < end; ++i) {
+      const auto f = cell_at(first + kSamplesPerCell * (j * stride + i), stride);
+      cell(i, j) = f;
+      if (!mirrored) continue;
+      const int beside = m_side - 1 - i;
+      const int below = m_side - 1 - j;
+      cell(beside, j) = {f[0], -f[1], f[2], -f[3], f[4], f[5]};
+      cell(i, below) = {f[0], f[1], -f[2], -f[3], f[4], f[5]};
+      cell(beside, below) = {f[0], -f[1], -f[2], f[3], f[4], f[5]};
     }
   }
 }

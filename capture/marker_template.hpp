@@ -62,7 +62,7 @@ class MarkerTemplate {
   [[nodiscard]] bool has_rim() const { return !m_cut_out; }
 
  private:
-  void make_cells(const float* first, std::ptrdiff_t stride);
+  void make_cells(const float* first, std::ptrdiff_t stride, bool mirrored);
   [[nodiscard]] std::array<float, detail::kCellFloats>& cell(int column, int row);
 
   MarkerPattern m_pattern;
