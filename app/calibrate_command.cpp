@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/commands.hpp"
+#include "app/ladder_report.hpp"
 #include "app/options.hpp"
 #include "app/report_page.hpp"
 #include "app/terminal.hpp"
@@ -127,6 +128,7 @@ void run(const CalibrateCommand& command) {
   }
   write_file_atomically(output.file("modes.json"), modes_to_json(calibration.inversion));
   write_material(output.file("material.json"), calibration.material);
+  write_file_atomically(output.file("ladder.json"), ladder_json(calibration.ladder));
   write_file_atomically(output.file("table.csv"),
                         format_material_table({calibration.material}, TableFormat::Csv));
   write_file_atomically(output.file("report.html"), render_html(report_page(rig, calibration)));

@@ -311,8 +311,7 @@ Calibration calibrate_repeats(const Rig& rig,
 
   LadderOptions ladder = options.ladder;
   ladder.progress = options.progress;
-  calibration.ladder =
-      options.walked_ladder != nullptr ? *options.walked_ladder : build_mesh_ladder(rig, ladder);
+  calibration.ladder = build_mesh_ladder(rig, ladder);
   const auto& notes = calibration.ladder.notes;
   calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
   warn_about_overtones(

@@ -29,8 +29,6 @@ struct CalibrationOptions {
   ProgressCallback progress = {};
   /// Called when a film has been tracked, before the next one begins.
   std::function<void(const std::filesystem::path& film, const TrackResult& result)> on_tracked = {};
-  /// Of this rig, by these `ladder` options, where it has been walked already; nullptr: not yet.
-  const MeshLadder* walked_ladder = nullptr;
 };
 
 /// One recording on its way through the line.

@@ -2,11 +2,11 @@
 // What the markers allow: size in the picture, telling them apart, scale and perspective.
 #include "calibrate/detail/checks.hpp"
 #include "core/constants.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -125,7 +125,8 @@ Eigen::Vector2d spread_of(const std::vector<Eigen::Vector2d>& points) {
     offsets.col(static_cast<Eigen::Index>(i)) = points[i];
   }
   offsets.colwise() -= Eigen::Vector2d(offsets.rowwise().mean());
-  return Eigen::JacobiSVD<Eigen::Matrix2Xd>(offsets).singularValues();
+  const Eigen::Matrix2d moments = offsets.lazyProduct(offsets.transpose());
+  return symmetric_eigen(moments).values.reverse().cwiseMax(0.0).cwiseSqrt();
 }
 
 /// How far along the line of sight the moving markers stand from the fixed ones' mean plane [m].

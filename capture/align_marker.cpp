@@ -23,10 +23,10 @@ using detail::AlignmentColumns;
 using detail::AlignmentKernels;
 using detail::AlignmentWindow;
 using detail::AlignmentWorkspace;
-using detail::FlatNoise;
+using detail::flat_variance;
 using detail::kMostColumns;
 using detail::MarkerLight;
-using detail::ModelSamples;
+using detail::ResidualSums;
 
 constexpr int kMostParameters = detail::kMostColumns;
 constexpr int kMostIterations = 25;
@@ -53,6 +53,10 @@ constexpr float kCounts = 0.7F;  // root of the weight of a pixel that is judged
 // Between samples of the path of motion, in standard deviations of lens and pixel: the ripple that
 // is left on an edge, 2 exp(−2π²/spacing²), is under 1 % of one sample's share.
 constexpr double kPathSpacing = 1.9;
+// On the way there the path is sampled so many times as coarsely, until steps are shorter than
+// this.
+constexpr double kRoughly = 2.0;
+constexpr double kNear_px = 0.3;
 constexpr double kPixelVariance_px2 = 1.0 / 12.0;
 // Between paper and ink; with less there is nothing to be seen [grey levels].
 constexpr double kLeastContrast = 1.0;
@@ -113,6 +117,7 @@ class Alignment {
   bool sample_model();
   void accumulate(bool light_only = false);
   void find_light();
+  [[nodiscard]] bool covered() const;
   [[nodiscard]] bool solve(Parameters& delta, double& moved_px, bool& whole) const;
   void apply(const Parameters& delta);
   void judge(const Parameters& step);
@@ -134,6 +139,7 @@ class Alignment {
   NormalMatrix m_normal;
   Parameters m_gradient;
   double m_turn = 0.0;
+  bool m_rough = false;  // the path's sampling
 };
 
 void row_major(const Eigen::Matrix2d& matrix, float (&values)[4]) {
@@ -163,7 +169,7 @@ void Alignment::place_window() {
   m_window.per_taper = static_cast<float>(1.0 / m_taper);
 }
 
-/// The template at the present placement, averaged along the path of motion; false if too little of
+/// The template at the present placement, averaged along the path of motion; false if nothing of
 /// the marker is in the picture.
 bool Alignment::sample_model() {
   place_window();
@@ -171,7 +177,7 @@ bool Alignment::sample_model() {
   const MarkerPlacement& placement = m_result.placement;
   const Eigen::Vector2d path = placement.px_from_pattern.inverse() * placement.motion_px;
   const double blur_px = std::sqrt(m_marker.blur_px() * m_marker.blur_px() + kPixelVariance_px2);
-  const double spacing_px = std::max(1.0, kPathSpacing * blur_px);
+  const double spacing_px = (m_rough ? kRoughly : 1.0) * std::max(1.0, kPathSpacing * blur_px);
   m_workspace.reserve(m_window.width * m_window.height);
   m_kernels.sample(
       m_window,
@@ -181,11 +187,12 @@ bool Alignment::sample_model() {
        1 + 2 * static_cast<int>(std::ceil(0.5 * placement.motion_px.norm() / spacing_px)),
        m_layout.motion >= 0},
       m_workspace.samples());
-  double total_weight = 0.0;
-  for (int i = 0; i < m_workspace.samples().room; ++i) {
-    const double root = static_cast<double>(m_workspace.samples().weight[i]);
-    total_weight += root * root;
-  }
+  return true;
+}
+
+/// Whether enough of the marker is in the picture. The squared column of ones says how much.
+bool Alignment::covered() const {
+  const double total_weight = m_normal(m_layout.light, m_layout.light);
   const double side = 1.0 + 2.0 * m_rim - m_taper;
   const double expected = (m_marker.is_round() ? kPi / 4.0 : 1.0) * side * side *
                           std::abs(m_window_shape.determinant());
@@ -279,52 +286,33 @@ bool Alignment::solve(Parameters& delta, double& moved_px, bool& whole) const {
 
 /// Score, residual and sigma after the last step, by the linear model of it.
 void Alignment::judge(const Parameters& step) {
-  const ModelSamples& samples = m_workspace.samples();
-  const float* residual = m_workspace.residual();
-  const float* square_slope = m_workspace.square_slope();
   m_kernels.residuals(m_window,
-                      samples,
+                      m_workspace.samples(),
                       light(),
                       columns(),
                       step.data(),
                       m_workspace.residual(),
                       m_workspace.square_slope());
-  const double steep = kFlat * kFlat * m_light[1] * m_light[1];
-  double sum_w = 0.0, sum_i = 0.0, sum_m = 0.0, sum_ii = 0.0, sum_mm = 0.0, sum_im = 0.0;
-  double square = 0.0;
-  FlatNoise noise;
-  const auto flat_residual = [&](int i, bool there) {
-    return there && samples.weight[i] >= kCounts && square_slope[i] < steep
-               ? static_cast<double>(residual[i])
-               : kNaN;
-  };
-  for (int i = 0; i < m_window.width * m_window.height; ++i) {
-    if (samples.weight[i] < kCounts) continue;
-    const double pixel = samples.grey[i];
-    const double r = residual[i];
-    const double model = pixel - r;
-    sum_w += 1.0;
-    sum_i += pixel;
-    sum_m += model;
-    sum_ii += pixel * pixel;
-    sum_mm += model * model;
-    sum_im += pixel * model;
-    square += r * r;
-    if (square_slope[i] >= steep) continue;
-    noise.add(r,
-              flat_residual(i - 1, i % m_window.width > 0),
-              flat_residual(i - m_window.width, i >= m_window.width));
-  }
-  const double variance =
-      noise.count > kFewestFlat ? noise.variance() : square / std::max(1.0, sum_w - m_layout.size);
+  const ResidualSums sums =
+      m_kernels.sum_up(m_window,
+                       m_workspace.samples(),
+                       {kCounts,
+                        static_cast<float>(kFlat * kFlat * m_light[1] * m_light[1]),
+                        static_cast<float>(m_light[0] + 0.5 * m_light[1])},
+                       m_workspace.residual(),
+                       m_workspace.square_slope());
+  const double variance = sums.flat > kFewestFlat
+                              ? flat_variance(sums)
+                              : sums.square / std::max(1.0, sums.count - m_layout.size);
   const NormalMatrix inverse =
       m_normal.ldlt().solve(NormalMatrix::Identity(m_layout.size, m_layout.size));
   m_result.sigma_px =
       std::sqrt(0.5 * (inverse(0, 0) + inverse(1, 1)) * variance + kSigmaFloor_px * kSigmaFloor_px);
-  m_result.residual = std::sqrt(square / std::max(1.0, sum_w));
-  const double spread_i = sum_ii - sum_i * sum_i / sum_w;
-  const double spread_m = sum_mm - sum_m * sum_m / sum_w;
-  const double product = (sum_im - sum_i * sum_m / sum_w) / std::sqrt(spread_i * spread_m);
+  m_result.residual = std::sqrt(sums.square / std::max(1.0, sums.count));
+  const double spread_grey = sums.grey_grey - sums.grey * sums.grey / sums.count;
+  const double spread_model = sums.model_model - sums.model * sums.model / sums.count;
+  const double product = (sums.grey_model - sums.grey * sums.model / sums.count) /
+                         std::sqrt(spread_grey * spread_model);
   m_result.contrast = m_light[1];
   m_result.ink = m_light[0];
   m_result.turn_rad = m_turn;
@@ -333,16 +321,18 @@ void Alignment::judge(const Parameters& step) {
 
 MarkerAlignment Alignment::run() {
   const MarkerPlacement start = m_result.placement;
+  m_rough = m_layout.motion >= 0;
   if (!sample_model()) return m_result;
   find_light();
   const double enough_px = m_layout.num_shape > 1 ? kConverged_px : kAlmostThere_px;
   for (int i = 0; i < kMostIterations; ++i) {
     accumulate();
+    if (!covered()) return m_result;
     Parameters delta;
     double moved_px = kInfinity;
     bool whole = false;
     if (!solve(delta, moved_px, whole)) return m_result;
-    if (whole && moved_px <= enough_px) {
+    if (whole && moved_px <= enough_px && !m_rough) {
       judge(delta);
       apply(delta);
       m_result.converged =
@@ -350,6 +340,7 @@ MarkerAlignment Alignment::run() {
       return m_result;
     }
     apply(delta);
+    m_rough = m_rough && moved_px > kNear_px;
     const MarkerPlacement& now = m_result.placement;
     if ((now.position_px - start.position_px).norm() > m_options.farthest_px) return m_result;
     const double growth = now.px_from_pattern.determinant() / start.px_from_pattern.determinant();

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/plane_fit.hpp"
 
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -16,7 +15,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
-using Matrix8d = Eigen::MatrixXd;
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
 using Matrix28d = Eigen::Matrix<double, 2, 8>;
 
 constexpr int kMostIterations = 20;
@@ -62,12 +61,12 @@ Homography direct_linear_transform(const PointPairs& pairs) {
     normal.noalias() += rows.transpose() * rows;
   }
   // Squares of the singular values, ascending.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
-  if (!(eigen.eigenvalues()[1] > kLeastSpread * kLeastSpread * eigen.eigenvalues()[8])) {
+  const SymmetricEigen eigen = symmetric_eigen(normal);
+  if (!(eigen.values[1] > kLeastSpread * kLeastSpread * eigen.values[8])) {
     throw InputError(
         "the fixed markers leave the plane's map undetermined, no three of four may be on a line");
   }
-  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  const Eigen::VectorXd h = eigen.vectors.col(0);
   Homography map;
   map << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
   return map / map(2, 2);
@@ -87,15 +86,15 @@ Matrix28d entries_jacobian(const Homography& map, const Eigen::Vector2d& point) 
 /// Gauss-Newton on the distances in `to`, the last entry held at one.
 Homography refine(Homography map, const PointPairs& pairs) {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    Matrix8d normal = Matrix8d::Zero(8, 8);
+    Matrix8d normal = Matrix8d::Zero();
     Vector8d gradient = Vector8d::Zero();
     for (std::size_t i = 0; i < pairs.from.size(); ++i) {
       const Matrix28d J = entries_jacobian(map, pairs.from[i]);
       const double weight = weight_of(pairs, i);
-      normal += weight * J.transpose() * J;
+      normal += J.transpose().lazyProduct(weight * J);
       gradient += weight * J.transpose() * (pairs.to[i] - map_point(map, pairs.from[i]));
     }
-    const Vector8d step = normal.ldlt().solve(gradient);
+    const Vector8d step = solve_symmetric(normal, gradient);
     if (!step.allFinite()) break;
     map.row(0) += step.segment<3>(0).transpose();
     map.row(1) += step.segment<3>(3).transpose();
@@ -113,7 +112,7 @@ Homography fit_shift(const PointPairs& pairs) {
 
 /// Derivative of the eight entries by the parameters of a kind of map, in centred coordinates.
 Eigen::MatrixXd entries_by_parameters(MapKind kind) {
-  if (kind == MapKind::Projective) return Matrix8d::Identity(8, 8);
+  if (kind == MapKind::Projective) return Matrix8d::Identity();
   const int count = num_parameters(kind);
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(8, count);
   G(2, 0) = G(5, 1) = 1.0;  // shift
@@ -179,8 +178,8 @@ bool span_plane(const Points& points) {
   for (const Eigen::Vector2d& point : points) {
     moments += (point - mean) * (point - mean).transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(moments, Eigen::EigenvaluesOnly);
-  return spread.eigenvalues()[0] > kLeastAcross * kLeastAcross * spread.eigenvalues()[1];
+  const Eigen::VectorXd spread = symmetric_eigen(moments).values;
+  return spread[0] > kLeastAcross * kLeastAcross * spread[1];
 }
 
 int num_parameters(MapKind kind) {
@@ -202,10 +201,10 @@ MapFit fit_map(MapKind kind, const PointPairs& pairs) {
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(G.cols(), G.cols());
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
     const Eigen::MatrixXd J =
-        entries_jacobian(centred, (pairs.from[i] - fit.centre) * fit.scale) * G;
-    normal += weight_of(pairs, i) * J.transpose() * J;
+        entries_jacobian(centred, (pairs.from[i] - fit.centre) * fit.scale).lazyProduct(G);
+    normal += J.transpose().lazyProduct(weight_of(pairs, i) * J);
   }
-  fit.covariance = G * normal.ldlt().solve(G.transpose());
+  fit.covariance = G.lazyProduct(solve_symmetric(normal, G.transpose()));
   return fit;
 }
 
@@ -219,7 +218,8 @@ Homography MapFit::centred() const {
 
 Eigen::Matrix2d MapFit::covariance_at(const Eigen::Vector2d& point) const {
   const Matrix28d J = entries_jacobian(centred(), (point - centre) * scale);
-  return J * covariance * J.transpose();
+  const Matrix28d spread = J.lazyProduct(covariance);
+  return spread.lazyProduct(J.transpose());
 }
 
 double MapFit::log_scale_variance_at(const Eigen::Vector2d& point) const {

@@ -15,7 +15,12 @@ find_package(LAPACK REQUIRED)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
 pkg_check_modules(ARPACK REQUIRED IMPORTED_TARGET arpack)
 pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)
-pkg_check_modules(FFMPEG REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+
+# FFmpeg's headers; its libraries are loaded with the first film.
+pkg_check_modules(FFMPEG REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)
+add_library(twang_ffmpeg INTERFACE)
+target_include_directories(twang_ffmpeg SYSTEM INTERFACE ${FFMPEG_INCLUDE_DIRS})
+target_link_libraries(twang_ffmpeg INTERFACE ${CMAKE_DL_LIBS})
 
 # OpenCV's own CMake package asks for every module; only core and imgproc are used, so they are named here.
 find_path(OPENCV_INCLUDE_DIR opencv2/imgproc.hpp PATH_SUFFIXES opencv4 REQUIRED)

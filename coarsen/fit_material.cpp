@@ -2,9 +2,9 @@
 #include "coarsen/fit_material.hpp"
 
 #include "core/constants.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ double rescaled_modulus(double modulus_pa, double target_lambda_per_s2, double m
 RayleighFit fit_rayleigh(const std::vector<DampedSinusoid>& sinusoids) {
   const auto n = static_cast<Eigen::Index>(sinusoids.size());
   const bool weighted = decay_sigmas_known(sinusoids);
-  Eigen::MatrixX2d A(n, 2);
+  Eigen::MatrixXd A(n, 2);
   Eigen::VectorXd d(n);
   double largest = 0.0;
   for (const DampedSinusoid& s : sinusoids) largest = std::max(largest, s.lambda_per_s2());
@@ -65,15 +65,13 @@ RayleighFit fit_rayleigh(const std::vector<DampedSinusoid>& sinusoids) {
     d(i) = weight * s.decay_per_s;
   }
   const bool enough = n >= 2 && largest > 0.0;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixX2d> qr;
-  if (enough) qr.compute(A);
-  if (!enough || qr.rank() < 2) {
+  const LeastSquares fit = enough ? solve_least_squares(A, d) : LeastSquares{};
+  if (fit.rank < 2) {
     throw InputError(fmt::format(
         "a and b of Rayleigh damping need damped sinusoids of two different frequencies, found {}",
         enough ? 1 : n));
   }
-  const Eigen::Vector2d x = qr.solve(d);
-  return {x(0), x(1) / largest};
+  return {fit.x(0), fit.x(1) / largest};
 }
 
 UncertaintyBudget modulus_budget(const DampedTarget& target,

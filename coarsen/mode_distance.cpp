@@ -2,9 +2,9 @@
 #include "coarsen/detail/sample_shapes.hpp"
 #include "coarsen/detail/surface_distance.hpp"
 #include "coarsen/mesh_ladder.hpp"
+#include "core/dense_algebra.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <array>
@@ -82,8 +82,7 @@ std::vector<int> group_by_frequency(const Eigenmodes& modes, int count) {
 std::vector<int> partners(const Eigen::MatrixXd& fine_group,
                           const Eigen::MatrixXd& coarse,
                           const std::vector<int>& coarse_first) {
-  const Eigen::MatrixXd Q = Eigen::HouseholderQR<Eigen::MatrixXd>(fine_group).householderQ() *
-                            Eigen::MatrixXd::Identity(fine_group.rows(), fine_group.cols());
+  const Eigen::MatrixXd Q = orthonormal_basis(fine_group);
   const Eigen::VectorXd affinity =
       ((Q.transpose() * coarse).colwise().norm().array() /
        coarse.colwise().norm().array().max(std::numeric_limits<double>::min()))
@@ -112,8 +111,7 @@ double peak_of(const Eigen::VectorXd& field) {
 
 /// The field in the span of `basis` nearest to `shape`, at the same peak.
 Eigen::VectorXd nearest_in_span(const Eigen::MatrixXd& basis, const Eigen::VectorXd& shape) {
-  const Eigen::VectorXd nearest =
-      basis * Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(basis).solve(shape);
+  const Eigen::VectorXd nearest = basis * solve_least_squares(basis, shape).x.col(0);
   const double peak = peak_of(nearest);
   return peak > 0.0 ? Eigen::VectorXd(nearest * (peak_of(shape) / peak)) : nearest;
 }

@@ -2,13 +2,12 @@
 #include "fem/eigenmodes.hpp"
 
 #include "core/constants.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 #include "fem/detail/rigid_modes.hpp"
 #include "fem/detail/shift_invert_lanczos.hpp"
 #include "fem/linear_solver.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
@@ -79,9 +78,7 @@ Eigen::MatrixXd apply_mass(const FreeProblem& problem, const Eigen::MatrixXd& X)
 
 /// Makes the columns of R M-orthonormal.
 Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& R, const FreeProblem& problem) {
-  const Eigen::MatrixXd gram = R.transpose() * apply_mass(problem, R);
-  const Eigen::LLT<Eigen::MatrixXd> llt(gram);
-  return llt.matrixU().solve<Eigen::OnTheRight>(R);
+  return twang::orthonormalized(R, R.transpose() * apply_mass(problem, R));
 }
 
 FreeProblem make_free_problem(const ElasticBody& body,
@@ -112,12 +109,11 @@ void check_count(const EigenmodeOptions& options, const FreeDofs& free) {
 }
 
 LanczosResult solve_dense(const SparseMatrix& K, const SparseMatrix& M, int count) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(K),
-                                                                         Eigen::MatrixXd(M)};
+  const SymmetricEigen eigen = symmetric_eigen(Eigen::MatrixXd(K), Eigen::MatrixXd(M));
   LanczosResult result;
-  result.lambda = solver.eigenvalues().head(count);
-  result.vectors = solver.eigenvectors().leftCols(count);
-  const bool good = solver.info() == Eigen::Success && result.lambda.allFinite();
+  result.lambda = eigen.values.head(count);
+  result.vectors = eigen.vectors.leftCols(count);
+  const bool good = eigen.converged && result.lambda.allFinite();
   result.termination = good ? Termination::Converged : Termination::NumericalFailure;
   result.message = good ? fmt::format("{} modes of a dense problem", count)
                         : std::string("the dense eigenvalue problem could not be solved");

@@ -2,6 +2,7 @@
 #include "harmonic_inversion/amplitude_dependence.hpp"
 
 #include "core/constants.hpp"
+#include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/mode_window.hpp"
 
 #include <Eigen/Core>
@@ -80,16 +81,13 @@ class ModeAlone {
       const auto end = std::lower_bound(begin, s.time_s.end(), to_s);
       const Index first = begin - s.time_s.begin();
       const Index count = end - begin;
-      VectorXd value = s.value.segment(first, count);
-      for (Index i = 0; i < count; ++i) {
-        value(i) -= m_others.evaluate(c, s.time_s(first + i) + m_whole.origin_s(c));
-      }
+      const VectorXd time_s = s.time_s.segment(first, count);
       if (count > 0) {
-        out.start_s = std::min(out.start_s, origin + s.time_s(first));
-        out.end_s = std::max(out.end_s, origin + s.time_s(first + count - 1));
+        out.start_s = std::min(out.start_s, origin + time_s(0));
+        out.end_s = std::max(out.end_s, origin + time_s(count - 1));
       }
-      out.time_s.emplace_back(s.time_s.segment(first, count).array() - middle);
-      out.value.push_back(std::move(value));
+      out.time_s.emplace_back(time_s.array() - middle);
+      out.value.emplace_back(s.value.segment(first, count) - evaluate_modes(m_others, c, time_s));
     }
     return out;
   }
@@ -99,11 +97,7 @@ class ModeAlone {
     double sum = 0.0;
     for (std::size_t c = first_series; c < first_series + num_channels; ++c) {
       const SampleSeries& s = m_series[c];
-      double squares = 0.0;
-      for (Index i = 0; i < s.value.size(); ++i) {
-        const double time_s = s.time_s(i) + m_whole.origin_s(c);
-        squares += std::pow(s.value(i) - m_whole.evaluate(c, time_s), 2);
-      }
+      const double squares = (s.value - evaluate_modes(m_whole, c, s.time_s)).squaredNorm();
       sum += squares / static_cast<double>(s.value.size());
     }
     return std::sqrt(sum);

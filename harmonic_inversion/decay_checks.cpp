@@ -4,9 +4,9 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "harmonic_inversion/checked_signal.hpp"
+#include "harmonic_inversion/evaluate_modes.hpp"
 #include "harmonic_inversion/logarithmic_decrement.hpp"
 #include "harmonic_inversion/morlet_ridge.hpp"
-#include "harmonic_inversion/ridge_line.hpp"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ using Rows = Eigen::MatrixX4d;
 
 /// Means over equal stretches of time where there are far more samples than a period needs; they
 /// shrink a sinusoid by a constant factor.
-Rows thinned(const Rows& rows, double period_s) {
+Rows thinned(Rows rows, double period_s) {
   const Index count = rows.rows();
   if (count < 2) return rows;
   const double span_s = rows(count - 1, 0) - rows(0, 0);
@@ -53,6 +53,40 @@ Rows thinned(const Rows& rows, double period_s) {
   return out.topRows(filled);
 }
 
+/// Samples in the window of `result`, from its origin on: time and value.
+Eigen::MatrixX2d samples_of(const Trace& trace,
+                            const Channel& channel,
+                            const InversionResult& result,
+                            std::size_t c) {
+  const Channel* later = trace.time_offset_of(channel.name);
+  Eigen::MatrixX2d samples(static_cast<Index>(trace.num_samples()), 2);
+  Index count = 0;
+  for (std::size_t i = 0; i < trace.num_samples(); ++i) {
+    if (trace.time_s[i] < result.origin_s(c) || trace.time_s[i] > result.time_end_s) continue;
+    const double time = trace.time_s[i] + (later == nullptr ? 0.0 : later->values[i]);
+    const double y = channel.values[i];
+    if (!std::isfinite(y) || !std::isfinite(time)) continue;
+    samples.row(count++) << time - result.origin_s(c), y;
+  }
+  samples.conservativeResize(count, 2);
+  return samples;
+}
+
+/// A result with its first mode alone, without offset and drift, or with all else.
+InversionResult mode_of(const InversionResult& result) {
+  InversionResult out = result;
+  out.modes.resize(1);
+  std::fill(out.offsets.begin(), out.offsets.end(), 0.0);
+  std::fill(out.drifts_per_s.begin(), out.drifts_per_s.end(), 0.0);
+  return out;
+}
+
+InversionResult rest_of(const InversionResult& result) {
+  InversionResult out = result;
+  out.modes.erase(out.modes.begin());
+  return out;
+}
+
 CheckedSignal prepare(const Trace& trace,
                       const Channel& channel,
                       const InversionResult& result,
@@ -60,25 +94,17 @@ CheckedSignal prepare(const Trace& trace,
   CheckedSignal signal;
   signal.modes = result.modes;
   signal.channel = c;
-  InversionResult mode_removed = result;
-  mode_removed.modes.erase(mode_removed.modes.begin());
-  InversionResult modes_removed = result;
-  modes_removed.modes.clear();
-  const Channel* later = trace.time_offset_of(channel.name);
-  Rows rows(static_cast<Index>(trace.num_samples()), 4);
-  Index count = 0;
-  for (std::size_t i = 0; i < trace.num_samples(); ++i) {
-    if (trace.time_s[i] < result.origin_s(c) || trace.time_s[i] > result.time_end_s) continue;
-    const double time = trace.time_s[i] + (later == nullptr ? 0.0 : later->values[i]);
-    const double y = channel.values[i];
-    if (!std::isfinite(y) || !std::isfinite(time)) continue;
-    rows.row(count++) << time - result.origin_s(c), y - modes_removed.evaluate(c, time),
-        y - mode_removed.evaluate(c, time), y - result.evaluate(c, time);
-  }
+  const Eigen::MatrixX2d samples = samples_of(trace, channel, result, c);
+  const Index count = samples.rows();
+  Rows rows(count, 4);
+  rows.leftCols<2>() = samples;
+  rows.col(2) = samples.col(1) - evaluate_modes(rest_of(result), c, samples.col(0));
+  rows.col(3) = rows.col(2) - evaluate_modes(mode_of(result), c, samples.col(0));
+  rows.col(1).array() -= result.offsets[c] + result.drifts_per_s[c] * samples.col(0).array();
   const double unknowns = 2.0 + 4.0 * static_cast<double>(result.modes.size());
   const double left = std::max(1.0, static_cast<double>(count) - unknowns);
   const double widening = std::sqrt(static_cast<double>(count) / left);
-  rows = thinned(rows.topRows(count), 1.0 / signal.mode().frequency_hz);
+  rows = thinned(std::move(rows), 1.0 / signal.mode().frequency_hz);
   signal.time_s = rows.col(0);
   signal.value = rows.col(1);
   signal.mode_alone = rows.col(2);
@@ -90,29 +116,6 @@ CheckedSignal prepare(const Trace& trace,
 }
 
 }  // namespace
-
-RidgeLine fit_ridge_line(const VectorXd& x, const VectorXd& y, const MatrixXd& covariance) {
-  const VectorXd weight = covariance.diagonal().cwiseInverse();
-  RidgeLine line;
-  line.mean_x = weight.dot(x) / weight.sum();
-  line.mean = weight.dot(y) / weight.sum();
-  const VectorXd centred = x.array() - line.mean_x;
-  const VectorXd q = weight.cwiseProduct(centred) / weight.dot(centred.cwiseProduct(centred));
-  line.slope = q.dot(y);
-  const VectorXd rest = y.array() - line.mean - line.slope * centred.array();
-  // Of independent points, as many as are left over after mean and slope.
-  double expected = static_cast<double>(x.size()) - 2.0;
-  if (!covariance.isDiagonal(0.0)) {
-    const MatrixXd keeps = MatrixXd::Identity(x.size(), x.size()) -
-                           VectorXd::Ones(x.size()) * (weight / weight.sum()).transpose() -
-                           centred * q.transpose();
-    expected = weight.dot((keeps * covariance * keeps.transpose()).diagonal());
-  }
-  const double found = weight.dot(rest.cwiseProduct(rest));
-  const double excess = expected > 0.0 ? std::max(1.0, found / expected) : 1.0;
-  line.slope_sigma = std::sqrt(q.dot(covariance * q) * excess);
-  return line;
-}
 
 std::vector<DecayCheck> check_decay(const Trace& trace,
                                     const std::string& channel,

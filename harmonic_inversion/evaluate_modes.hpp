@@ -5,7 +5,15 @@
 
 #include <Eigen/Core>
 
+#include <complex>
+
 namespace twang {
+
+/// amplitude e^(s t) at many times: where these are even, by products from one to the next instead
+/// of exponentials.
+[[nodiscard]] Eigen::VectorXcd exponentials(std::complex<double> amplitude,
+                                            std::complex<double> s,
+                                            const Eigen::Ref<const Eigen::VectorXd>& time_s);
 
 /// `InversionResult::evaluate` at many times: where these are even, by products from one to the
 /// next instead of exponentials.

@@ -38,30 +38,34 @@ void check_channels(const Trace& trace, const std::vector<std::string>& channels
   }
 }
 
-/// The free motion, or what the options say of it.
+/// The free motion, or what the options say of it; it ends where the next pull begins, though the
+/// end given be later.
 FreeMotion choose_span(const Trace& trace,
                        const std::vector<std::string>& channels,
                        const InversionOptions& options) {
   const double first = trace.time_s.front();
   const double last = trace.time_s.back();
   const double wanted_end = options.end_s.value_or(last);
-  FreeMotion motion = find_free_motion(trace, channels, first, wanted_end);
-  if (options.start_s) {
-    // Walk from release to release until one is not over before the start.
-    while (motion.ends_early && motion.end_s <= *options.start_s) {
-      motion = find_free_motion(trace, channels, motion.end_s, wanted_end);
-    }
-    const bool moves = motion.release_s && *motion.release_s >= *options.start_s;
-    if (moves) {
-      motion.note = fmt::format(
-          "still at rest or held at the start given, {:.6g} s: {}", *options.start_s, motion.note);
-    } else {
-      const double end = options.end_s || !motion.ends_early ? wanted_end : motion.end_s;
-      motion = {*options.start_s, end, std::nullopt, false, ""};
-    }
+  FreeMotion motion = find_free_motion_until(trace, channels, first, wanted_end);
+  if (!options.start_s) return motion;
+  // Walk from release to release until one is not over before the start.
+  while (motion.ends_early && motion.end_s <= *options.start_s) {
+    motion = find_free_motion_until(trace, channels, motion.end_s, wanted_end);
   }
-  if (options.end_s) motion.end_s = *options.end_s;
-  return motion;
+  if (motion.release_s && *motion.release_s >= *options.start_s) {
+    motion.note = fmt::format(
+        "still at rest or held at the start given, {:.6g} s: {}", *options.start_s, motion.note);
+    return motion;
+  }
+  const std::string note =
+      options.end_s && motion.ends_early
+          ? fmt::format(
+                "free motion is taken to {:.6g} s, where the next pull begins, before the "
+                "end given, {:.6g} s",
+                motion.end_s,
+                wanted_end)
+          : "";
+  return {*options.start_s, motion.end_s, std::nullopt, false, note};
 }
 
 double median_step(const Trace& trace) {

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 namespace twang {
@@ -106,6 +107,13 @@ double joint_amplitude(const DampedSinusoid& mode) {
   return std::sqrt(sum);
 }
 
+void reject(const DampedSinusoid& mode, std::string_view reason, InversionResult& out) {
+  RejectedMode& rejected = out.rejected.emplace_back();
+  rejected.frequency_hz = mode.frequency_hz;
+  rejected.decay_per_s = mode.decay_per_s;
+  rejected.reason = reason;
+}
+
 /// Splits the fitted poles into modes, strongest first, and the rest with reasons.
 void collect_modes(const ModeSelection& selection,
                    const Band& band,
@@ -114,7 +122,7 @@ void collect_modes(const ModeSelection& selection,
   for (std::size_t k = 0; k < selection.fit.poles.size(); ++k) {
     DampedSinusoid mode = to_mode(selection, k, out.channel_names);
     if (selection.is_growing[k]) {
-      out.rejected.push_back({mode.frequency_hz, mode.decay_per_s, "grows instead of decaying"});
+      reject(mode, "grows instead of decaying", out);
       out.notes.push_back(
           fmt::format("The motion at {:.4g} Hz grows by {:.3g} 1/s: it is driven or unstable, not "
                       "a free decay.",
@@ -123,7 +131,7 @@ void collect_modes(const ModeSelection& selection,
       continue;
     }
     if (mode.frequency_hz < band.low_hz || mode.frequency_hz > band.high_hz) {
-      out.rejected.push_back({mode.frequency_hz, mode.decay_per_s, "outside the band asked for"});
+      reject(mode, "outside the band asked for", out);
       continue;
     }
     out.modes.push_back(std::move(mode));
@@ -132,9 +140,7 @@ void collect_modes(const ModeSelection& selection,
     return joint_amplitude(a) > joint_amplitude(b);
   });
   while (max_modes > 0 && out.modes.size() > static_cast<std::size_t>(max_modes)) {
-    const DampedSinusoid& last = out.modes.back();
-    out.rejected.push_back(
-        {last.frequency_hz, last.decay_per_s, "weaker than the modes asked for"});
+    reject(out.modes.back(), "weaker than the modes asked for", out);
     out.modes.pop_back();
   }
 }

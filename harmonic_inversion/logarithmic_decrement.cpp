@@ -110,9 +110,9 @@ Decrement from_parabolas(const std::vector<Extremum>& extrema, double noise) {
     height(i) = std::log(extremum.height);
     variance(i) = std::pow(noise / extremum.height, 2);
   }
-  const RidgeLine times = fit_ridge_line(number, time, variance.asDiagonal());
+  const RidgeLine times = fit_ridge_line_through_independent(number, time, variance);
   Decrement out;
-  out.log_amplitude = fit_ridge_line(time, height, variance.asDiagonal());
+  out.log_amplitude = fit_ridge_line_through_independent(time, height, variance);
   out.frequency_hz = 0.5 / times.slope;
   out.decay_per_s = -out.log_amplitude.slope;
   out.first_s = times.at(0.0);
@@ -194,8 +194,8 @@ Decrement from_local_fits(const std::vector<LocalFit>& fits, const Decrement& gu
   }
   variance *= noise * noise;
   Decrement out;
-  out.log_amplitude = fit_ridge_line(time, value.col(0), variance.col(0).asDiagonal());
-  const RidgeLine phase = fit_ridge_line(time, value.col(1), variance.col(1).asDiagonal());
+  out.log_amplitude = fit_ridge_line_through_independent(time, value.col(0), variance.col(0));
+  const RidgeLine phase = fit_ridge_line_through_independent(time, value.col(1), variance.col(1));
   out.decay_per_s = -out.log_amplitude.slope;
   out.decay_sigma_per_s = out.log_amplitude.slope_sigma;
   out.frequency_hz = guess.frequency_hz + phase.slope / kTwoPi;

@@ -4,12 +4,10 @@
 #include "core/constants.hpp"
 #include "harmonic_inversion/detail/decompositions.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <optional>
 
 namespace twang {
 namespace {
@@ -37,30 +35,31 @@ Index significant_order(const VectorXd& singular) {
   return (singular.array() > kAboveMedian * singular(singular.size() / 2)).count();
 }
 
-/// X of V2 = V1 X, not finite where there is none.
-MatrixXd solve_shift(const MatrixXd& v1, const MatrixXd& v2) {
+/// X of V2 = V1 X; nothing where there is none.
+std::optional<MatrixXd> solve_shift(const MatrixXd& v1, const MatrixXd& v2) {
   const Index order = v1.cols();
   // So many poles leave no room for errors on both sides.
-  if (2 * order > v1.rows()) return v1.householderQr().solve(v2);
+  if (2 * order > v1.rows()) return detail::solve_least_squares(v1, v2);
   // Total least squares: [V1 V2] = U S W^T, X = -W12 W22^-1.
   MatrixXd both(v1.rows(), 2 * order);
   both << v1, v2;
   const auto svd = detail::thin_svd(both);
-  if (!svd) return MatrixXd::Constant(order, order, kNaN);
+  if (!svd) return std::nullopt;
   const MatrixXd& w = svd->v;
-  const MatrixXd w12 = w.block(0, order, order, order);
-  const MatrixXd w22 = w.block(order, order, order, order);
-  return -w22.transpose().partialPivLu().solve(w12.transpose()).transpose();
+  const auto x = detail::solve(w.block(order, order, order, order).transpose(),
+                               w.block(0, order, order, order).transpose());
+  if (!x) return std::nullopt;
+  return MatrixXd(-x->transpose());
 }
 
 /// Poles with positive frequency from the leading `order` right singular vectors.
 std::vector<PoleCandidate> poles_of_subspace(const MatrixXd& v, Index order, double step_s) {
   std::vector<PoleCandidate> out;
   const Index shifted = v.rows() - 1;
-  const MatrixXd x =
+  const auto x =
       solve_shift(v.topRows(shifted).leftCols(order), v.bottomRows(shifted).leftCols(order));
-  if (!x.allFinite()) return out;
-  const auto values = detail::eigenvalues(x);
+  if (!x) return out;
+  const auto values = detail::eigenvalues(*x);
   if (!values) return out;
   for (Index i = 0; i < order; ++i) {
     const std::complex<double> u = (*values)(i);

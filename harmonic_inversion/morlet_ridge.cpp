@@ -44,6 +44,10 @@ struct Point {
   Eigen::VectorXcd weights;
 };
 
+double largest_column_sum(const Eigen::Matrix3d& a) {
+  return a.cwiseAbs().colwise().sum().maxCoeff();
+}
+
 class Transform {
  public:
   Transform(const CheckedSignal& signal, double tau_s) : m_signal(signal), m_tau_s(tau_s) {}
@@ -103,10 +107,12 @@ class Transform {
       gauss(i) = std::exp(-0.5 * s * s / (m_tau_s * m_tau_s));
       basis.row(i) << 1.0, std::cos(omega * s), std::sin(omega * s);
     }
-    const Eigen::Matrix3d normal = basis.transpose() * gauss.asDiagonal() * basis;
-    const Eigen::FullPivLU<Eigen::Matrix3d> lu(normal);
-    if (lu.rcond() < 1e-6) return {};
-    const Eigen::MatrixX3d dual = gauss.asDiagonal() * basis * lu.inverse();
+    const Eigen::MatrixX3d weighted = gauss.asDiagonal() * basis;
+    const Eigen::Matrix3d normal = weighted.transpose().lazyProduct(basis);
+    const Eigen::Matrix3d inverse = normal.inverse();
+    // The reciprocal condition, as LAPACK has it; not a number if singular.
+    if (!(1.0 / (largest_column_sum(normal) * largest_column_sum(inverse)) > 1e-6)) return {};
+    const Eigen::MatrixX3d dual = weighted.lazyProduct(inverse);
     point.weights = dual.col(1).cast<Complex>() - Complex(0.0, 1.0) * dual.col(2).cast<Complex>();
     point.value =
         (point.weights.array() * m_signal.value.segment(point.first, count).array().cast<Complex>())

@@ -2,11 +2,11 @@
 #include "harmonic_inversion/refine_sinusoids.hpp"
 
 #include "core/constants.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 #include "harmonic_inversion/even_record.hpp"
 #include "harmonic_inversion/projected_fit.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -161,10 +161,9 @@ std::vector<Index> free_parameters(std::size_t num_poles, const std::vector<bool
 /// direction that the data do not determine gets a huge variance, and leaves the others theirs.
 MatrixXd scaled_inverse(const MatrixXd& normal) {
   const VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * normal *
-                                                      scale.asDiagonal());
-  const VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-15).cwiseInverse();
-  const MatrixXd& vectors = eigen.eigenvectors();
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * normal * scale.asDiagonal());
+  const VectorXd inverse = eigen.values.cwiseMax(1e-15).cwiseInverse();
+  const MatrixXd& vectors = eigen.vectors;
   return scale.asDiagonal() * (vectors * inverse.asDiagonal() * vectors.transpose()) *
          scale.asDiagonal();
 }

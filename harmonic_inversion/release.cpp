@@ -40,6 +40,9 @@ constexpr Index kNarrowestPart = 16;
 constexpr Index kMinFreeMotion = 16;
 /// A pull has left the level when the mean over a swing is off by this part of the amplitude.
 constexpr double kPullPart = 0.03;
+/// A record that ends in a pull is off its level by this part of the amplitude there, but not in
+/// the first half of the motion, as a drift is.
+constexpr double kPulledPart = 0.5;
 
 /// The rows in which all channels are finite, each channel divided by its range.
 struct Motion {
@@ -182,24 +185,59 @@ std::optional<Index> find_next_event(const Speed& speed, const Release& release)
   return std::nullopt;
 }
 
-/// The last sample before the pull that leads to `event`.
-Index end_before(const MatrixXd& value, Index start, Index event, Index swing) {
-  const Index half = std::max<Index>((event - start) / 2, 1);
-  const RowVectorXd level = median_level(value, start, half);
-  const Index window = 2 * swing;
-  const double amplitude =
-      (value.middleRows(start, std::min(2 * window, event - start + 1)).rowwise() - level)
-          .rowwise()
-          .norm()
-          .maxCoeff();
-  Index end = event;
-  while (end > start + window) {
-    const RowVectorXd mean = value.middleRows(end - window + 1, window).colwise().mean();
-    if ((mean - level).norm() <= kPullPart * amplitude) break;
-    --end;
+/// The level about which the part vibrates, from `start` up to `event` or the end of the record.
+class Level {
+ public:
+  Level(const MatrixXd& value, Index start, Index event, Index swing)
+      : m_value(value), m_start(start), m_event(event), m_window(2 * swing) {
+    m_level = median_level(value, start, half());
+    m_amplitude =
+        (value.middleRows(start, std::min(2 * m_window, event - start + 1)).rowwise() - m_level)
+            .rowwise()
+            .norm()
+            .maxCoeff();
   }
-  // The mean lags behind the pull by half its window.
-  return std::max(end - window, start);
+
+  /// The last sample before the pull that leads to the event.
+  [[nodiscard]] Index end_before_pull() const {
+    Index end = m_event;
+    while (end > m_start + m_window && off_before(end) > kPullPart) --end;
+    // The mean lags behind the pull by half its window.
+    return std::max(end - m_window, m_start);
+  }
+
+  /// Whether the event finds the part pulled away.
+  [[nodiscard]] bool is_pulled() const {
+    return m_event > m_start + m_window && off_before(m_event) > kPulledPart &&
+           end_before_pull() > m_start + half();
+  }
+
+ private:
+  [[nodiscard]] Index half() const { return std::max<Index>((m_event - m_start) / 2, 1); }
+
+  /// How far the mean over the window before a sample is off the level, in amplitudes.
+  [[nodiscard]] double off_before(Index end) const {
+    const RowVectorXd mean = m_value.middleRows(end - m_window + 1, m_window).colwise().mean();
+    return (mean - m_level).norm() / std::max(m_amplitude, 1e-300);
+  }
+
+  const MatrixXd& m_value;
+  Index m_start;
+  Index m_event;
+  Index m_window;
+  RowVectorXd m_level;
+  double m_amplitude = 0.0;
+};
+
+/// The last sample before the next pull; nothing if none follows.
+std::optional<Index> find_end(const MatrixXd& value, const Speed& speed, const Release& release) {
+  const auto event = find_next_event(speed, release);
+  const Index last = value.rows() - 1;
+  const Level level(value, release.start, event.value_or(last), release.swing);
+  if (!event && !level.is_pulled()) return std::nullopt;
+  const Index end = level.end_before_pull();
+  if (end < release.start + kMinFreeMotion) return std::nullopt;
+  return end;
 }
 
 }  // namespace
@@ -233,12 +271,9 @@ FreeMotion find_free_motion(const Trace& trace,
   if (!release || release->start + kMinFreeMotion > n) return out;
   out.release_s = time_at(release->last_calm);
   out.start_s = time_at(std::min(release->start, n - 1));
-  if (const std::optional<Index> event = find_next_event(speed, *release)) {
-    const Index end = end_before(motion.value, release->start, *event, release->swing);
-    if (end >= release->start + kMinFreeMotion) {
-      out.end_s = time_at(end);
-      out.ends_early = true;
-    }
+  if (const auto end = find_end(motion.value, speed, *release)) {
+    out.end_s = time_at(*end);
+    out.ends_early = true;
   }
   out.note = fmt::format(
       "release seen at {:.6g} s; free motion is taken from {:.6g} s, past the first peak of "
@@ -247,6 +282,17 @@ FreeMotion find_free_motion(const Trace& trace,
       out.start_s,
       out.ends_early ? fmt::format(", to {:.6g} s, before the next disturbance", out.end_s) : "");
   return out;
+}
+
+FreeMotion find_free_motion_until(const Trace& trace,
+                                  const std::vector<std::string>& channels,
+                                  double from_s,
+                                  double to_s) {
+  FreeMotion motion = find_free_motion(trace, channels, from_s, to_s);
+  if (motion.ends_early || trace.time_s.empty() || to_s >= trace.time_s.back()) return motion;
+  FreeMotion whole = find_free_motion(trace, channels, from_s, trace.time_s.back());
+  const bool same = whole.release_s && (!motion.release_s || whole.start_s <= motion.start_s);
+  return same && whole.ends_early && whole.end_s < to_s ? whole : motion;
 }
 
 }  // namespace twang

@@ -27,8 +27,8 @@ struct FreeMotion {
 /// that lasted at least half as long as the first swing, so that the turning point of a vibration
 /// is none. Free motion is taken to start past the highest speed of the first swing: a clamp or
 /// thread that lets go over a few samples is then gone. A record that moves freely from its first
-/// sample is used from there. It ends before the pull that leads to the next release, or with the
-/// trace.
+/// sample is used from there. It ends before the pull that leads to the next release, before
+/// a pull in which the samples end, or with them.
 ///
 /// @param channels  of `trace`, judged together, each by its own range
 /// @param from_s    samples before are not looked at [s]
@@ -37,5 +37,12 @@ struct FreeMotion {
                                           const std::vector<std::string>& channels,
                                           double from_s,
                                           double to_s);
+
+/// The same, though a pull may have begun before `to_s` that only what follows shows to be one:
+/// the samples after `to_s` are looked at for that alone.
+[[nodiscard]] FreeMotion find_free_motion_until(const Trace& trace,
+                                                const std::vector<std::string>& channels,
+                                                double from_s,
+                                                double to_s);
 
 }  // namespace twang

@@ -61,7 +61,7 @@ std::vector<Trace> cut_at_releases(const Trace& trace,
   }
   std::vector<Trace> out;
   for (;;) {
-    const FreeMotion motion = find_free_motion(trace, channels, from, last);
+    const FreeMotion motion = find_free_motion_until(trace, channels, from, last);
     // What is left after the last release may hold none.
     if (motion.release_s || out.empty()) out.push_back(cut(trace, from, motion.end_s));
     if (!motion.ends_early || !(motion.end_s > from)) break;

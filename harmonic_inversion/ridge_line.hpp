@@ -24,4 +24,10 @@ struct RidgeLine {
                                        const Eigen::VectorXd& y,
                                        const Eigen::MatrixXd& covariance);
 
+/// The same through independent points, whose variances are given: C is their diagonal matrix.
+/// @return  cost and memory grow with the number of points, not with its square
+[[nodiscard]] RidgeLine fit_ridge_line_through_independent(const Eigen::VectorXd& x,
+                                                           const Eigen::VectorXd& y,
+                                                           const Eigen::VectorXd& variance);
+
 }  // namespace twang

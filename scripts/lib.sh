@@ -10,7 +10,7 @@ packages_build=(
   libceres-dev libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libfftw3-dev libssl-dev
   libopencv-core-dev libopencv-imgproc-dev
   libapriltag-dev
-  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
+  libavformat-dev libavcodec-dev libavutil-dev
 )
 # The test framework, the independent programs that some tests compare with, and the compiler of the fuzz targets.
 packages_test=(libgtest-dev harminv calculix-ccx ffmpeg clang libclang-rt-14-dev)

@@ -78,6 +78,24 @@ struct AlignmentColumns {
 };
 inline constexpr int kMostColumns = 11;
 
+/// Which pixels are judged.
+struct JudgedPixels {
+  float least_weight = 0.0F;  ///< root of the weight from which a pixel counts
+  float steep = 0.0F;         ///< squared slope from which it is not flat [grey levels²/px²]
+  float middle = 0.0F;        ///< taken off picture and model before they are squared [grey levels]
+};
+
+/// Sums over the pixels that count, picture and model counted from `JudgedPixels::middle`; and over
+/// the flat ones among them, by themselves and in pairs side by side and one below the other.
+struct ResidualSums {
+  double count = 0.0, square = 0.0;  ///< of residuals
+  double grey = 0.0, model = 0.0;
+  double grey_grey = 0.0, model_model = 0.0, grey_model = 0.0;
+  double flat = 0.0, flat_square = 0.0;
+  double beside = 0.0, num_beside = 0.0;  ///< products of two residuals
+  double below = 0.0, num_below = 0.0;
+};
+
 /// The inner loops of the alignment; compiled for several instruction sets, chosen at run time.
 struct AlignmentKernels {
   /// Fills all arrays; pixels beyond the window's own, up to `room`, get no weight.
@@ -100,6 +118,12 @@ struct AlignmentKernels {
                     const double* step,
                     float* residual,
                     float* square_slope);
+  /// Sums of such residuals.
+  ResidualSums (*sum_up)(const AlignmentWindow& window,
+                         const ModelSamples& samples,
+                         const JudgedPixels& judged,
+                         const float* residual,
+                         const float* square_slope);
 };
 [[nodiscard]] const AlignmentKernels& alignment_kernels();
 

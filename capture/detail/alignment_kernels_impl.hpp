@@ -2,6 +2,7 @@
 // The inner loops of the alignment, in a namespace of their own for each instruction set. No other
 // header's inline functions are used here: compiled for one machine they could end up on another.
 #include "capture/detail/alignment_kernels.hpp"
+#include "capture/detail/residual_sums_impl.hpp"
 #include "capture/detail/template_lookup_impl.hpp"
 
 #ifndef TWANG_KERNEL_NAMESPACE
@@ -65,6 +66,24 @@ void sample(const AlignmentWindow& window,
   for (int i = 0; i < samples.room; i += kLanes) sample_lanes(table, path, samples, i);
 }
 
+/// Those by the light and, last, the residual, of one block of pixels; not weighted.
+inline void fill_light(const ModelSamples& samples,
+                       const MarkerLight& light,
+                       int start,
+                       float (*columns)[kBlock]) {
+  const float* value = samples.value + start;
+  const float* u = samples.u + start;
+  const float* v = samples.v + start;
+  for (int i = 0; i < kBlock; ++i) {
+    const float gain = light.contrast + light.slope_u * u[i] + light.slope_v * v[i];
+    columns[0][i] = 1.0F;
+    columns[1][i] = value[i];
+    columns[2][i] = u[i] * value[i];
+    columns[3][i] = v[i] * value[i];
+    columns[4][i] = samples.grey[start + i] - (light.ink + gain * value[i]);
+  }
+}
+
 /// Columns of the Jacobian and, last, the residual, of one block of pixels; not weighted.
 inline void fill_columns(const AlignmentWindow& window,
                          const ModelSamples& samples,
@@ -79,18 +98,13 @@ inline void fill_columns(const AlignmentWindow& window,
   const float* x = samples.x + start;
   const float* y = samples.y + start;
   const int num_shape = layout.num_shape;
-  const int at_light = layout.size() - 4;
+  fill_light(samples, light, start, columns + layout.size() - 4);
   for (int i = 0; i < kBlock; ++i) {
     const float gain = light.contrast + light.slope_u * u[i] + light.slope_v * v[i];
     const float by_u = gain * samples.du[start + i] + light.slope_u * value[i];
     const float by_v = gain * samples.dv[start + i] + light.slope_v * value[i];
     columns[0][i] = -(by_u * a[0] + by_v * a[2]);
     columns[1][i] = -(by_u * a[1] + by_v * a[3]);
-    columns[at_light][i] = 1.0F;
-    columns[at_light + 1][i] = value[i];
-    columns[at_light + 2][i] = u[i] * value[i];
-    columns[at_light + 3][i] = v[i] * value[i];
-    columns[at_light + 4][i] = samples.grey[start + i] - (light.ink + gain * value[i]);
   }
   if (num_shape == 1) {
     for (int i = 0; i < kBlock; ++i) columns[2][i] = columns[0][i] * y[i] - columns[1][i] * x[i];
@@ -145,7 +159,11 @@ void accumulate(const AlignmentWindow& window,
     for (int i = 0; i < kBlock; ++i) columns[c][i] = 0.0F;
   }
   for (int start = 0; start < samples.room; start += kBlock) {
-    fill_columns(window, samples, light, layout, start, columns);
+    if (layout.light_only) {
+      fill_light(samples, light, start, columns + first);
+    } else {
+      fill_columns(window, samples, light, layout, start, columns);
+    }
     const float* weight = samples.weight + start;
     for (int c = first; c < size; ++c) {
       for (int i = 0; i < kBlock; ++i) columns[c][i] *= weight[i];
@@ -189,7 +207,7 @@ TemplateSample look_up_one(const TemplateCells& table, float u, float v) {
 }
 
 const AlignmentKernels& kernels() {
-  static constexpr AlignmentKernels kKernels{sample, accumulate, residuals};
+  static constexpr AlignmentKernels kKernels{sample, accumulate, residuals, sum_up};
   return kKernels;
 }
 

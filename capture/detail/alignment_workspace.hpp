@@ -18,7 +18,8 @@ class AlignmentWorkspace {
     const int room = (pixels + kAlignmentBlock - 1) / kAlignmentBlock * kAlignmentBlock;
     if (room > m_room) {
       // Filled by whoever uses them: zeros would be written for nothing.
-      m_floats = std::make_unique_for_overwrite<float[]>(12 * static_cast<std::size_t>(room));
+      m_floats = std::make_unique_for_overwrite<float[]>(12 * static_cast<std::size_t>(room) +
+                                                         2 * kMargin);
       m_room = room;
     }
     m_samples.room = room;
@@ -27,8 +28,9 @@ class AlignmentWorkspace {
 
  private:
   float* at(int array) {
-    return m_floats.get() + static_cast<std::ptrdiff_t>(array) * m_samples.room;
+    return m_floats.get() + kMargin + static_cast<std::ptrdiff_t>(array) * m_samples.room;
   }
+  static constexpr int kMargin = 16;  // floats that may be read before and behind the arrays
   std::unique_ptr<float[]> m_floats;
   int m_room = 0;  // of the arrays there are
   ModelSamples m_samples;

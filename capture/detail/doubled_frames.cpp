@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 namespace twang::detail {
@@ -76,10 +75,11 @@ void DoubledFrames::add(const LumaFrame& frame) {
   const int step = pixels >= kManyPixels ? kRowStep : 1;
   const int columns = frame.width_px / kBlock_px;
   const int rows = frame.height_px / kBlock_px;
-  const auto row_bytes = static_cast<std::size_t>(columns) * kBlock_px;
-  const double block_pixels = kBlock_px * kBlock_px / step;
-  const bool first = m_before.empty();
-  m_before.resize(row_bytes * static_cast<std::size_t>(rows * kBlock_px / step));
+  const int block_rows = kBlock_px / step;
+  const double block_pixels = kBlock_px * block_rows;
+  const bool first = m_changes.empty();
+  m_before.resize(static_cast<std::size_t>(columns * rows * block_rows * kBlock_px));
+  m_blocks.resize(static_cast<std::size_t>(columns));
 
   Change change;
   Shares all{};
@@ -87,13 +87,11 @@ void DoubledFrames::add(const LumaFrame& frame) {
   double light = 0.0;
   std::uint8_t* before = m_before.data();
   for (int top = 0; top < rows; ++top) {
-    m_blocks.assign(static_cast<std::size_t>(columns), BlockSums{});
-    for (int y = top * kBlock_px; y < (top + 1) * kBlock_px; y += step) {
-      const std::uint8_t* now = frame.pixels + y * frame.stride;
-      compare_rows(now, first ? now : before, frame.width_px, m_blocks);
-      std::memcpy(before, now, row_bytes);
-      before += row_bytes;
-    }
+    const std::uint8_t* now = frame.pixels + top * kBlock_px * frame.stride;
+    // The first picture stands before itself.
+    if (first) compare_blocks(now, step * frame.stride, block_rows, before, m_blocks);
+    compare_blocks(now, step * frame.stride, block_rows, before, m_blocks);
+    before += columns * block_rows * kBlock_px;
     for (const BlockSums& block : m_blocks) {
       const double mean = block.light / block_pixels;
       const auto share = static_cast<std::size_t>(kShares * block.unequal / block_pixels);

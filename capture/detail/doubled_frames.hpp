@@ -52,7 +52,7 @@ class DoubledFrames {
                                              std::size_t end,
                                              std::size_t frame) const;
 
-  std::vector<std::uint8_t> m_before;  // the rows compared, of the last picture
+  std::vector<std::uint8_t> m_before;  // the pixels compared, of the last picture
   std::vector<BlockSums> m_blocks;     // of one row of blocks
   std::vector<double> m_lights;        // means of the pictures [grey levels]
   std::vector<Change> m_changes;

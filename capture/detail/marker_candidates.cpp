@@ -23,6 +23,9 @@ constexpr double kTemplateBlur_px = 0.7;
 constexpr double kSizeStep = 1.15;  // ratio of neighbouring sizes in the store
 // Side of the square whose mean a pixel is compared with; a marker is found at a few of them.
 constexpr std::array kWindows_px = {15, 31, 63, 127, 255, 511};
+// The picture is made smaller for larger windows, until they are of about this size; the smallest
+// blob of interest keeps the same number of pixels.
+constexpr int kPlainWindow_px = 63;
 constexpr double kLeastDarker = 12.0;  // than that mean, beyond noise and shading [grey levels]
 constexpr int kSmallestBlob_px = 5;
 constexpr double kLargestBlob = 0.9;  // in windows: beyond, the mean is the blob's own
@@ -49,10 +52,28 @@ struct Guess {
   double size_px;
 };
 
+/// The picture at a part of its size.
+cv::Mat shrunk(const cv::Mat& grey, int by) {
+  if (by == 1) return grey;
+  const int columns = grey.cols / by;
+  const int rows = grey.rows / by;
+  cv::Mat small;
+  cv::resize(grey(cv::Rect(0, 0, by * columns, by * rows)),
+             small,
+             {columns, rows},
+             0.0,
+             0.0,
+             cv::INTER_AREA);
+  return small;
+}
+
 std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int window_px) {
+  const int by = std::max(1, (window_px + 1) / (kPlainWindow_px + 1));
+  const cv::Mat picture = shrunk(grey, by);
+  const int window = (window_px + 1) / by - 1;  // odd
   cv::Mat dark, labels, stats, centres;
   cv::adaptiveThreshold(
-      grey, dark, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window_px, kLeastDarker);
+      picture, dark, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window, kLeastDarker);
   const int count = cv::connectedComponentsWithStats(dark, labels, stats, centres, 8, CV_32S);
   std::vector<Blob> blobs;
   for (int i = 1; i < count; ++i) {
@@ -61,15 +82,17 @@ std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int wind
     const int extent = std::max(w, h);
     const int left = stats.at<int>(i, cv::CC_STAT_LEFT);
     const int top = stats.at<int>(i, cv::CC_STAT_TOP);
-    const bool at_edge = left == 0 || top == 0 || left + w == grey.cols || top + h == grey.rows;
+    const bool at_edge =
+        left == 0 || top == 0 || left + w == picture.cols || top + h == picture.rows;
     if (at_edge || std::min(w, h) < kSmallestBlob_px || extent > kLargestAspect * std::min(w, h) ||
-        extent > kLargestBlob * window_px || extent < kSmallestBlob * window_px) {
+        extent > kLargestBlob * window || extent < kSmallestBlob * window) {
       continue;
     }
-    blobs.push_back({{centres.at<double>(i, 0) + box.x0, centres.at<double>(i, 1) + box.y0},
-                     static_cast<double>(w),
-                     static_cast<double>(h),
-                     static_cast<double>(stats.at<int>(i, cv::CC_STAT_AREA))});
+    const auto centre = [&](int axis) { return by * (centres.at<double>(i, axis) + 0.5) - 0.5; };
+    blobs.push_back({{centre(0) + box.x0, centre(1) + box.y0},
+                     static_cast<double>(by * w),
+                     static_cast<double>(by * h),
+                     static_cast<double>(by * by * stats.at<int>(i, cv::CC_STAT_AREA))});
   }
   return blobs;
 }

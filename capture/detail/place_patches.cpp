@@ -3,9 +3,9 @@
 
 #include "capture/detail/layout_map.hpp"
 #include "capture/detail/spline_picture.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <fmt/format.h>
 
@@ -131,8 +131,7 @@ double least_slope(const LumaFrame& frame, const MarkerPlacement& placement) {
       tensor += slope * slope.transpose() / (samples * samples);
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(tensor);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  return std::sqrt(std::max(0.0, symmetric_eigen(tensor).values[0]));
 }
 
 PartialLayout place_patches(const PatchSearch& search, PartialLayout printed) {

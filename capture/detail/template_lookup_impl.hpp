@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Look-ups in a template's table, several at a time. Part of alignment_kernels_impl.hpp, in the
 // namespace of its instruction set: see there.
+#pragma once
+
 #include "capture/detail/alignment_kernels.hpp"
 
 #ifndef TWANG_KERNEL_NAMESPACE

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/track_noise.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "core/dense_algebra.hpp"
 
 #include <algorithm>
 #include <array>
@@ -91,9 +91,8 @@ double square_outside_signal(const Eigen::MatrixXd& windows, const WindowShape& 
       covariance.selfadjointView<Eigen::Lower>().rankUpdate(windows.middleCols(2 * w, 2));
     }
     // Eigenvalues ascend: the first columns are the noise.
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
     const Eigen::MatrixXd noise =
-        solver.eigenvectors().leftCols(shape.noise()).transpose() * windows;
+        symmetric_eigen(covariance).vectors.leftCols(shape.noise()).transpose() * windows;
     std::vector<double> outside;
     for (Eigen::Index w = 0; w < count; ++w) {
       outside.push_back(noise.middleCols(2 * w, 2).squaredNorm() / freedom);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/rigid_modes.hpp"
 
+#include "core/dense_algebra.hpp"
+
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 namespace twang {
 namespace {
@@ -42,10 +43,10 @@ Eigen::MatrixXd rigid_motions(const HexMesh& mesh, const FreeDofs& free, const E
   }
   Eigen::MatrixXd combinations = Eigen::MatrixXd::Identity(6, 6);
   if (!held.empty()) {
-    const Eigen::JacobiSVD<Eigen::Matrix<double, 6, 6>> svd(gram, Eigen::ComputeFullV);
+    const SymmetricEigen eigen = symmetric_eigen(gram);
     // A cell far smaller than 1 / sqrt(kAtRest) of the body may not be mistaken for a point.
-    const auto rank = (svd.singularValues().array() > kAtRest).count();
-    combinations = svd.matrixV().rightCols(6 - rank);
+    const auto rank = (eigen.values.array() > kAtRest).count();
+    combinations = eigen.vectors.leftCols(6 - rank);
   }
   Eigen::MatrixXd result(mesh.num_dofs(), combinations.cols());
   for (int n = 0; n < mesh.num_nodes(); ++n) {

@@ -33,4 +33,20 @@ struct Eigenpairs {
 [[nodiscard]] std::optional<Eigenpairs> eigenpairs(const Eigen::MatrixXcd& a);
 [[nodiscard]] std::optional<Eigen::VectorXcd> eigenvalues(Eigen::MatrixXd a);
 
+/// X of A X = B; nothing if A is singular.
+[[nodiscard]] std::optional<Eigen::MatrixXd> solve(Eigen::MatrixXd a, Eigen::MatrixXd b);
+
+/// X of least ‖A X - B‖, A of full rank and of no fewer rows than columns.
+[[nodiscard]] std::optional<Eigen::MatrixXd> solve_least_squares(Eigen::MatrixXd a,
+                                                                 Eigen::MatrixXd b);
+
+/// R of A = R^T R, upper triangular; of A the upper triangle is read. Nothing if A is not positive
+/// definite.
+[[nodiscard]] std::optional<Eigen::MatrixXd> cholesky(Eigen::MatrixXd a);
+
+/// R^-1 B and R^-T B; R is upper triangular, its diagonal without zeros.
+[[nodiscard]] Eigen::MatrixXd solve_triangle(const Eigen::MatrixXd& r, Eigen::MatrixXd b);
+[[nodiscard]] Eigen::MatrixXd solve_transposed_triangle(const Eigen::MatrixXd& r,
+                                                        Eigen::MatrixXd b);
+
 }  // namespace twang::detail

@@ -16,19 +16,25 @@ namespace {
 
 constexpr std::size_t kLongestShown = 80;
 
+std::string written(const toml::node& node);
+
+/// Not left to the library, whose line breaking overflows where a number is negative.
+std::string written_list(const toml::array& array) {
+  std::string text;
+  for (const toml::node& element : array) {
+    text += text.empty() ? "[ " : ", ";
+    text += written(element);
+    if (text.size() > kLongestShown) break;
+  }
+  if (text.size() <= kLongestShown) text += text.empty() ? "[]" : " ]";
+  return text;
+}
+
 /// A value as a person wrote it; of a long list only the beginning.
 std::string written(const toml::node& node) {
   if (node.is_table()) return "a table";
   if (const auto number = node.as_floating_point()) return exact_text(number->get());
-  if (const toml::array* array = node.as_array()) {
-    // Not left to the library, whose line breaking overflows where a number is negative.
-    std::string text;
-    for (const toml::node& element : *array) {
-      text += (text.empty() ? "[ " : ", ") + written(element);
-      if (text.size() > kLongestShown) return text;
-    }
-    return text.empty() ? "[]" : text + " ]";
-  }
+  if (const toml::array* array = node.as_array()) return written_list(*array);
   std::ostringstream stream;
   node.visit([&](const auto& concrete) {
     if constexpr (toml::is_value<decltype(concrete)>) stream << concrete;

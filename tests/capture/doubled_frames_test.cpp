@@ -54,33 +54,35 @@ std::vector<Likeness> likeness_of(int frames, const std::function<Picture(int fr
   return doubled.decide();
 }
 
-TEST(CompareRows, AgreesWithPixelByPixel) {
+TEST(CompareBlocks, AgreesWithPixelByPixelAndKeepsThePicture) {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> level(0, 255);
-  std::bernoulli_distribution kept(0.5);
+  std::bernoulli_distribution same(0.5);
   constexpr int kWidth = 3 * detail::kBlock_px + 5;  // the last five are left out
-  std::vector<std::uint8_t> now(kWidth);
-  std::vector<std::uint8_t> before(kWidth);
-  for (int x = 0; x < kWidth; ++x) {
-    const auto i = static_cast<std::size_t>(x);
-    now[i] = static_cast<std::uint8_t>(level(random));
-    before[i] = kept(random) ? now[i] : static_cast<std::uint8_t>(level(random));
-  }
-  std::vector<detail::BlockSums> blocks(4);
-  blocks[1].change = 7;  // added to
-  detail::compare_rows(now.data(), before.data(), kWidth, blocks);
-  for (std::size_t block = 0; block < 3; ++block) {
-    detail::BlockSums sums;
-    for (std::size_t i = 16 * block; i < 16 * (block + 1); ++i) {
-      sums.light += now[i];
-      sums.change += static_cast<std::uint32_t>(std::abs(now[i] - before[i]));
-      sums.unequal += now[i] != before[i] ? 1 : 0;
+  for (const int rows : {1, 4, detail::kBlock_px}) {
+    const auto block_pixels = static_cast<std::size_t>(rows * detail::kBlock_px);
+    std::vector<std::uint8_t> now(static_cast<std::size_t>(rows * kWidth));
+    for (std::uint8_t& pixel : now) pixel = static_cast<std::uint8_t>(level(random));
+    std::vector<detail::BlockSums> expected(3), blocks(3);
+    std::vector<std::uint8_t> before, picture;
+    for (std::size_t i = 0; i < 3 * block_pixels; ++i) {
+      const std::size_t block = i / block_pixels;
+      const std::size_t row = i % block_pixels / 16;
+      const std::uint8_t pixel = now[row * kWidth + 16 * block + i % 16];
+      picture.push_back(pixel);
+      before.push_back(same(random) ? pixel : static_cast<std::uint8_t>(level(random)));
+      expected[block].light += pixel;
+      expected[block].change += static_cast<std::uint32_t>(std::abs(pixel - before[i]));
+      expected[block].unequal += pixel != before[i] ? 1 : 0;
     }
-    EXPECT_EQ(blocks[block].light, sums.light);
-    EXPECT_EQ(blocks[block].change, sums.change + (block == 1 ? 7 : 0));
-    EXPECT_EQ(blocks[block].unequal, sums.unequal);
+    detail::compare_blocks(now.data(), kWidth, rows, before.data(), blocks);
+    for (std::size_t block = 0; block < 3; ++block) {
+      EXPECT_EQ(blocks[block].light, expected[block].light);
+      EXPECT_EQ(blocks[block].change, expected[block].change);
+      EXPECT_EQ(blocks[block].unequal, expected[block].unequal);
+    }
+    EXPECT_EQ(before, picture);
   }
-  EXPECT_EQ(blocks[3].light, 0U);
 }
 
 class DoubledFrames : public ::testing::TestWithParam<int> {};  // width of the picture

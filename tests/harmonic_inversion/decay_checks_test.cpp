@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "harmonic_inversion/ridge_line.hpp"
 #include "harmonic_inversion/synthesize.hpp"
 
 #include <gtest/gtest.h>
@@ -154,6 +155,37 @@ TEST(DecayCheck, TakesMeansWherePeriodsAreDenselySampled) {
   // At 240 samples a second the sigmas are 7 and 11 % of d; the noise of the means is sqrt(83)
   // times less. The decrement, of 15 extrema there, may use more of them here.
   EXPECT_LT(worst_sigma, 0.015 * decay_of(0.02));
+}
+
+TEST(DecayCheck, OfAHundredThousandExtremaNeedsNoMatrixOfThem) {
+  // Of 100,000 squared numbers, 80 GB.
+  SynthesisOptions options;
+  options.rate_hz = 120.0;
+  options.duration_s = 2500.0;
+  options.noise_sigma = 0.01;
+  const std::vector<SinusoidTruth> truth = {{kFrequencyHz, 1e-3, 1.0, 0.3}};
+  const Trace trace = synthesize_sinusoids(truth, options);
+  const DecayCheck decrement = check_decay(trace, "y", truth_of(truth, trace), 0).front();
+  ASSERT_TRUE(decrement.usable()) << decrement.message;
+  EXPECT_NEAR(decrement.num_points, 100000, 10);
+  // Beyond 4 sigmas lies one draw in 16,000.
+  EXPECT_NEAR(decrement.decay_per_s, 1e-3, 4.0 * decrement.decay_sigma_per_s);
+}
+
+TEST(RidgeLine, ThroughIndependentPointsIsThatOfADiagonalCovariance) {
+  Eigen::VectorXd x(5);
+  Eigen::VectorXd y(5);
+  Eigen::VectorXd variance(5);
+  x << 0.0, 1.0, 2.5, 3.0, 7.0;
+  y << 1.0, 0.2, 0.4, -1.0, -2.0;
+  variance << 0.1, 0.02, 0.3, 0.05, 0.2;
+  const RidgeLine dense = fit_ridge_line(x, y, variance.asDiagonal());
+  const RidgeLine line = fit_ridge_line_through_independent(x, y, variance);
+  // Round-off.
+  EXPECT_NEAR(line.mean_x, dense.mean_x, 1e-14);
+  EXPECT_NEAR(line.mean, dense.mean, 1e-14);
+  EXPECT_NEAR(line.slope, dense.slope, 1e-14);
+  EXPECT_NEAR(line.slope_sigma, dense.slope_sigma, 1e-14);
 }
 
 TEST(MorletCheck, IsNotMisledByAModeNearby) {

@@ -94,5 +94,20 @@ TEST(KnexTower, StopsBeforeTheNextPull) {
   EXPECT_NEAR(second.modes[0].frequency_hz, 6.97, 0.15);
 }
 
+TEST(KnexTower, GivenAnEndInTheNextPullStopsBeforeIt) {
+  const auto path = recording("knex_tower/tower_rows_px.csv");
+  TWANG_NEED_RECORDING(path);
+  const Trace trace = read_trace_csv(path, "t_s");
+  InversionOptions options;
+  options.start_s = 6.4;
+  for (const double end_s : {9.2, 9.5, 9.8}) {  // the pull begins at 8.95 s
+    options.end_s = end_s;
+    const InversionResult result = invert_harmonics(trace, {"storey2_dx_px"}, options);
+    EXPECT_NEAR(result.time_end_s, 8.8, 0.15) << end_s;
+    ASSERT_TRUE(result.usable()) << end_s << ": " << result.message;
+    EXPECT_NEAR(result.modes[0].frequency_hz, 6.97, 0.15);
+  }
+}
+
 }  // namespace
 }  // namespace twang

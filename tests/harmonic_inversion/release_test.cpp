@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace twang {
 namespace {
@@ -117,6 +119,54 @@ TEST(FreeMotion, GivenAStartBeforeASecondReleaseBeginsAfterIt) {
   const InversionResult inside = invert_harmonics(pulled_twice(), {"y"}, options);
   EXPECT_NEAR(inside.time_origin_s, 1.7, 0.5 / 240.0);
   EXPECT_LT(inside.time_end_s, 4.03);
+}
+
+TEST(FreeMotion, EndsWhereTheNextPullBeginsThoughTheEndGivenIsLater) {
+  for (const std::optional<double> start_s : {std::optional<double>(), std::optional(1.7)}) {
+    for (const double end_s : {4.3, 4.6, 4.95}) {  // in the pull, which begins at 4.0 s
+      InversionOptions options;
+      options.start_s = start_s;
+      options.end_s = end_s;
+      const InversionResult result = invert_harmonics(pulled_twice(), {"y"}, options);
+      EXPECT_GT(result.time_end_s, 3.0) << end_s;
+      EXPECT_LE(result.time_end_s, 4.03) << end_s;
+      ASSERT_EQ(result.modes.size(), 1U) << end_s << ": " << result.message;
+      EXPECT_NEAR(result.modes[0].frequency_hz, 12.0, 4.0 * result.modes[0].frequency_sigma_hz);
+      EXPECT_NEAR(result.modes[0].decay_per_s, 5.0, 4.0 * result.modes[0].decay_sigma_per_s);
+      ASSERT_EQ(result.remarks.size(), 1U);
+      EXPECT_NE(result.remarks[0].find(start_s ? "where the next pull begins" : "before the next"),
+                std::string::npos)
+          << result.remarks[0];
+    }
+  }
+}
+
+TEST(FreeMotion, EndsBeforeAPullInWhichTheRecordEnds) {
+  Trace trace = pulled_twice();
+  const auto kept = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), 4.95);
+  const auto count = static_cast<std::size_t>(kept - trace.time_s.begin());
+  trace.time_s.resize(count);
+  trace.channels[0].values.resize(count);
+  const FreeMotion motion = find(trace);
+  EXPECT_TRUE(motion.ends_early);
+  EXPECT_GT(motion.end_s, 3.0);
+  EXPECT_LE(motion.end_s, 4.03);
+}
+
+TEST(FreeMotion, IsNotCutByADrift) {
+  SynthesisOptions options;
+  options.held_s = 0.5;
+  options.duration_s = 5.0;
+  options.noise_sigma = 0.01;
+  options.drift_per_s = 0.4;  // by two amplitudes in all
+  const FreeMotion motion = find(synthesize_sinusoids({{12.0, 3.0, 1.0, 1.5}}, options));
+  EXPECT_FALSE(motion.ends_early) << motion.note;
+}
+
+TEST(FreeMotion, TakesAnEndBeforeTheNextPullAsGiven) {
+  InversionOptions options;
+  options.end_s = 2.6;
+  EXPECT_NEAR(invert_harmonics(pulled_twice(), {"y"}, options).time_end_s, 2.6, 0.5 / 240.0);
 }
 
 TEST(FreeMotion, PassesOverGlitchesWhileHeld) {

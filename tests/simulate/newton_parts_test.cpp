@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/dense_algebra.hpp"
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/minimal_residual.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
 #include "simulate/detail/stale_factor.hpp"
 #include "tests/simulate/box_body.hpp"
 
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
@@ -136,10 +136,7 @@ TEST(StaleFactor, IsExactForABodyThatTurnedAsAWhole) {
 
 TEST(MinimalResidual, SolvesDefiniteAndIndefiniteSystems) {
   const int n = 30;
-  const Eigen::MatrixXd Q =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(
-          Eigen::Map<const Eigen::MatrixXd>(noise(n * n, 5, 1.0).data(), n, n))
-          .householderQ();
+  const Eigen::MatrixXd Q = orthonormal_basis(noise(n * n, 5, 1.0).reshaped(n, n));
   for (const bool definite : {true, false}) {
     Eigen::VectorXd eigenvalues = Eigen::VectorXd::LinSpaced(n, 1.0, 30.0);
     if (!definite) eigenvalues.head(4) *= -1.0;
