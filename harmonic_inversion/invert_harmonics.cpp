@@ -27,6 +27,9 @@ constexpr double kLowestCycles = 1.5;
 constexpr double kHighestPartOfNyquist = 0.98;
 /// Above this part of the sampling rate a mode is said to be possibly an alias.
 constexpr double kAliasPart = 0.4;
+/// A fit on moments and one on all samples have the same sum of squares but for this part of it,
+/// which moves no sigma by more than half as much; round-off leaves 1e-5 at the most.
+constexpr double kMomentMismatch = 1e-3;
 /// Neighbouring residuals correlated above this say that the residual is not noise.
 constexpr double kColouredResidual = 0.4;
 
@@ -180,6 +183,14 @@ void measure_residual(const std::vector<SampleSeries>& series,
   }
 }
 
+void add_mismatch_note(double mismatch, InversionResult& out) {
+  if (!(mismatch > kMomentMismatch)) return;
+  out.notes.push_back(
+      fmt::format("The fit was made on moments of the record, whose sum of squares is off that of "
+                  "all its samples by {:.2g} of it: the result is not to be trusted.",
+                  mismatch));
+}
+
 void add_alias_notes(double rate_hz, InversionResult& out) {
   for (const DampedSinusoid& mode : out.modes) {
     if (mode.frequency_hz <= kAliasPart * rate_hz) continue;
@@ -270,6 +281,7 @@ InversionResult invert(const InversionWindow& window, const InversionOptions& op
   collect_modes(selection, band, options.max_modes, out);
   measure_residual(window.series, selection.is_outlier, out);
   describe_weights(window, selection, out);
+  add_mismatch_note(selection.moment_mismatch, out);
   add_alias_notes(1.0 / window.step_s, out);
   add_overlap_notes(out);
   AmplitudeDependence dependence = amplitude_dependence(window.series, window.num_traces, out);

@@ -32,6 +32,9 @@ constexpr double kOverlapResidualFactor = 3.0;
 constexpr double kOverlapExplainedPart = 0.25;
 /// An amplitude below this many sigma says that the fit cannot tell the mode from others.
 constexpr double kMinAmplitudeSigmas = 3.0;
+/// Unless it is the only one, and this many sigma large were its pole known: twice what noise
+/// makes.
+constexpr double kSureAmplitudeSigmas = 10.0;
 /// Outliers: this many robust sigma, with neighbours below the second number or this part of them.
 constexpr double kOutlierSigmas = 7.0;
 constexpr double kOutlierNeighbourSigmas = 4.0;
@@ -125,7 +128,7 @@ std::optional<std::string> ModeCriteria::objection(const SinusoidFit& fit, std::
   if (std::abs(ratio) > m_options.max_damping_ratio) {
     return fmt::format("damping ratio {:.2f}: a moving baseline, not a vibration", ratio);
   }
-  if (!(amplitude_over_sigma(fit, k) > kMinAmplitudeSigmas)) {
+  if (!(amplitude_over_sigma(fit, k) > kMinAmplitudeSigmas) && !is_lone_and_sure(fit, k)) {
     return "amplitude not determined by the data";
   }
   const bool heavy = std::abs(ratio) > kTransientDampingRatio;
@@ -188,17 +191,29 @@ bool ModeCriteria::is_growing(const SinusoidFit& fit, std::size_t k) const {
 }
 
 double ModeCriteria::amplitude_over_sigma(const SinusoidFit& fit, std::size_t k) const {
+  return amplitude_over_sigma(fit, k, &ChannelFit::covariance);
+}
+
+bool ModeCriteria::is_lone_and_sure(const SinusoidFit& fit, std::size_t k) const {
+  return fit.poles.size() == 1 &&
+         amplitude_over_sigma(fit, k, &ChannelFit::covariance_at_poles) > kSureAmplitudeSigmas;
+}
+
+double ModeCriteria::amplitude_over_sigma(const SinusoidFit& fit,
+                                          std::size_t k,
+                                          Eigen::MatrixXd ChannelFit::*which) const {
   double out = 0.0;
   const double variance = std::max(fit.variance(), 1e-300);
   for (const ChannelFit& channel : fit.channels) {
+    const Eigen::MatrixXd& covariance = channel.*which;
     const auto i = static_cast<Index>(k);
-    const Index column = channel.covariance.rows() - 2 * channel.cosine.size() + 2 * i;
+    const Index column = covariance.rows() - 2 * channel.cosine.size() + 2 * i;
     const Eigen::Vector2d x(channel.cosine(i), channel.sine(i));
     const double amplitude = x.norm();
     if (!(amplitude > 0.0)) continue;
     const Eigen::Vector2d direction = x / amplitude;
     const double spread =
-        direction.dot(channel.covariance.block<2, 2>(column, column) * direction) * variance;
+        direction.dot(covariance.block<2, 2>(column, column) * direction) * variance;
     out = std::max(out, amplitude / std::sqrt(std::max(spread, 1e-300)));
   }
   return out;

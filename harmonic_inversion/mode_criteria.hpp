@@ -53,6 +53,11 @@ class ModeCriteria {
   /// The largest ratio of amplitude to its sigma over the channels.
   [[nodiscard]] double amplitude_over_sigma(const SinusoidFit& fit, std::size_t k) const;
 
+  /// Whether there is no other mode that a mode could be confused with and it stands so far out of
+  /// the noise that it is one, even where it is gone within some samples and the amplitude at the
+  /// first of them follows an uncertain decay.
+  [[nodiscard]] bool is_lone_and_sure(const SinusoidFit& fit, std::size_t k) const;
+
   /// Of the longest series [s].
   [[nodiscard]] double duration_s() const;
 
@@ -60,6 +65,9 @@ class ModeCriteria {
   [[nodiscard]] std::vector<std::size_t> by_energy(const SinusoidFit& fit) const;
 
  private:
+  [[nodiscard]] double amplitude_over_sigma(const SinusoidFit& fit,
+                                            std::size_t k,
+                                            Eigen::MatrixXd ChannelFit::*which) const;
   [[nodiscard]] double energy(const SinusoidFit& fit, std::size_t k) const;
   [[nodiscard]] std::optional<std::size_t> overlapped_by(const SinusoidFit& fit,
                                                          std::size_t k) const;

@@ -205,6 +205,7 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
     const MatrixXd r_inverse =
         r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(r.rows(), r.cols()));
     channel.covariance = r_inverse * r_inverse.transpose();
+    channel.covariance_at_poles = channel.covariance;
     if (num_moving > 0) {
       normal += projected.normal(moving, moving);
       gains[c] = r_inverse * projected.inside(Eigen::all, moving);
@@ -221,8 +222,11 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
     }
   }
   for (std::size_t c = 0; drift && c < num_channels; ++c) {
-    fit.channels[c].covariance.row(1) /= duration_of(model.series()[c]);
-    fit.channels[c].covariance.col(1) /= duration_of(model.series()[c]);
+    for (MatrixXd* covariance :
+         {&fit.channels[c].covariance, &fit.channels[c].covariance_at_poles}) {
+      covariance->row(1) /= duration_of(model.series()[c]);
+      covariance->col(1) /= duration_of(model.series()[c]);
+    }
   }
   fit.num_parameters = static_cast<int>(num_moving + static_cast<Index>(num_channels) *
                                                          column_of_pole(drift, num_poles));

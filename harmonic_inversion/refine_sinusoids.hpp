@@ -36,6 +36,7 @@ struct ChannelFit {
   Eigen::VectorXd residual;     ///< data - model, one a sample, unweighted; empty if not wanted
   Eigen::MatrixXd covariance;   ///< of (offset, [drift], cosine, sine of each pole), unit variance
   double sum_of_squares = 0.0;  ///< of the unweighted residual where the weight is above 0
+  Eigen::MatrixXd covariance_at_poles;  ///< as `covariance`, were the poles known
 };
 
 /// A least-squares fit of damped sinusoids with its covariance.

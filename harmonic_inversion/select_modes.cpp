@@ -2,13 +2,10 @@
 #include "harmonic_inversion/select_modes.hpp"
 
 #include "core/constants.hpp"
-#include "core/error.hpp"
 #include "harmonic_inversion/mode_criteria.hpp"
 #include "harmonic_inversion/projected_fit.hpp"
 #include "harmonic_inversion/propose_poles.hpp"
 #include "harmonic_inversion/weighted_data.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -343,6 +340,7 @@ class Selector {
     }
     for (std::size_t c = 0; c < m_data.series().size(); ++c) {
       m_best.channels[c].residual = m_data.residual(m_best, c);
+      out.moment_mismatch = std::max(out.moment_mismatch, m_data.moment_mismatch(m_best, c));
     }
     out.fit = std::move(m_best);
     out.rejected = std::move(m_rejected);
@@ -364,25 +362,6 @@ class Selector {
 };
 
 }  // namespace
-
-void SelectionOptions::check() const {
-  if (!(step_s > 0.0)) {
-    throw InputError(fmt::format("SelectionOptions.step_s is {}, must be > 0", step_s));
-  }
-  if (!(band_hz.low_hz >= 0.0 && band_hz.high_hz > band_hz.low_hz)) {
-    throw InputError(fmt::format("SelectionOptions.band_hz is {} to {}, must rise from 0 or above",
-                                 band_hz.low_hz,
-                                 band_hz.high_hz));
-  }
-  if (!(false_alarm_rate > 0.0 && false_alarm_rate < 1.0)) {
-    throw InputError(fmt::format("SelectionOptions.false_alarm_rate is {}, must be within (0, 1)",
-                                 false_alarm_rate));
-  }
-  if (max_candidates < 1) {
-    throw InputError(
-        fmt::format("SelectionOptions.max_candidates is {}, must be at least 1", max_candidates));
-  }
-}
 
 ModeSelection select_modes(const std::vector<SampleSeries>& series,
                            const SelectionOptions& options) {

@@ -33,6 +33,7 @@ struct ModeSelection {
   std::vector<std::vector<bool>> is_outlier;  ///< one a channel and sample: left out of the fit
   std::vector<SampleScatter> scatter;         ///< one a channel: by it the samples were weighed
   std::vector<int> num_down_weighted;         ///< one a channel: of a part of their weight
+  double moment_mismatch = 0.0;  ///< largest of the channels, see `WeightedData::moment_mismatch`
 };
 
 /// Chooses the number of damped sinusoids and fits them.

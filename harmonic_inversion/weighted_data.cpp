@@ -107,6 +107,13 @@ VectorXd WeightedData::residual(const SinusoidFit& fit, std::size_t c) const {
   return s.value - evaluate_model(s, fit.poles, true, x);
 }
 
+double WeightedData::moment_mismatch(const SinusoidFit& fit, std::size_t c) const {
+  if (!m_records[c]) return 0.0;
+  const ChannelFit& channel = fit.channels[c];
+  const double squares = (m_weights[c].array() > 0.0).select(channel.residual, 0.0).squaredNorm();
+  return std::abs(channel.sum_of_squares - squares) / std::max(squares, 1e-300);
+}
+
 std::vector<SampleSeries> WeightedData::weighted_residuals(const SinusoidFit& fit) const {
   std::vector<SampleSeries> out = m_series;
   const double scale = 1.0 / std::sqrt(std::max(fit.variance(), 1e-300));

@@ -35,6 +35,12 @@ class WeightedData {
   /// Data less model, unweighted, whether or not the fit has kept it.
   [[nodiscard]] Eigen::VectorXd residual(const SinusoidFit& fit, std::size_t c) const;
 
+  /// How far the sum of squares by which a long even record was fitted, that of moments of its
+  /// blocks, is from that of `residual` at every sample, as a part of it; 0 where all samples were
+  /// summed up anyway. An error of the moments shows in it to first order.
+  /// @param fit  with its residuals
+  [[nodiscard]] double moment_mismatch(const SinusoidFit& fit, std::size_t c) const;
+
   /// Residuals in units of each channel's noise; where the weights of a channel differ, with the
   /// `sigma` of each sample in that unit.
   [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const;

@@ -2,6 +2,7 @@
 #include "harmonic_inversion/even_record.hpp"
 
 #include "core/constants.hpp"
+#include "harmonic_inversion/weighted_data.hpp"
 
 #include <gtest/gtest.h>
 
@@ -82,6 +83,21 @@ TEST(EvenRecord, LeavesAnExactFitToThePlainWay) {
   SampleSeries series = noisy_series(0.0);
   for (Index i = 0; i < kSamples; ++i) series.value(i) = std::sin(kTwoPi * 31.0 * series.time_s(i));
   EXPECT_FALSE(EvenRecord::from(series, {})->fit_projected({{31.0, 0.0}}, true, true));
+}
+
+TEST(WeightedData, ChecksMomentsOnceAgainstAllSamples) {
+  const SampleSeries series = noisy_series(0.0);
+  const double step = (series.time_s(kSamples - 1) - series.time_s(0)) / (kSamples - 1);
+  const std::vector<SampleSeries> all = {series};
+  const WeightedData data(all, step);
+  ASSERT_NE(data.trial_options().records.at(0), nullptr);
+  SinusoidFit fit = refine_sinusoids(data.series(), {}, data.final_options());
+  fit.channels[0].residual = data.residual(fit, 0);
+  // Sums of some thousand squares: round-off.
+  EXPECT_LT(data.moment_mismatch(fit, 0), 1e-9);
+  // Coefficients that moments off by 1 % of the signal would give.
+  fit.channels[0].sum_of_squares *= 1.02;
+  EXPECT_NEAR(data.moment_mismatch(fit, 0), 0.02, 1e-6);
 }
 
 }  // namespace

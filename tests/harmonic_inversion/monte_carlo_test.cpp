@@ -31,10 +31,10 @@ class MonteCarlo : public testing::TestWithParam<std::tuple<double, double>> {};
 TEST_P(MonteCarlo, IsEfficientAndHonestAtThirtyDecibels) {
   const auto [frequency_hz, damping_ratio] = GetParam();
   const DrawStatistics s = draw_sinusoids({frequency_hz, damping_ratio, 30.0}, kDraws, kSeed);
-  // A mode that lives for four samples is missed in 7 of 2600 draws, those with the phases that
-  // leave least of it: of 250, two would be rare. All others are always found.
+  // A mode that lives for four samples is missed in 1 of 2000 draws: where least squares itself has
+  // its only minimum at a damping ratio that is no vibration's. All others are always found.
   const double decay_per_sample = kTwoPi * frequency_hz * damping_ratio / 240.0;
-  EXPECT_LE(s.missed, decay_per_sample > 0.5 ? 2 : 0);
+  EXPECT_LE(s.missed, decay_per_sample > 0.5 ? 1 : 0);
   expect_efficient_and_honest(s.frequency);
   expect_efficient_and_honest(s.decay);
 }
