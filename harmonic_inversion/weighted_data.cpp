@@ -92,7 +92,12 @@ bool WeightedData::is_nearly_exact(const SinusoidFit& fit) const {
 }
 
 VectorXd WeightedData::residual(const SinusoidFit& fit, std::size_t c) const {
-  const ChannelFit& channel = fit.channels[c];
+  return residual(fit, fit.channels[c], c);
+}
+
+VectorXd WeightedData::residual(const SinusoidFit& fit,
+                                const ChannelFit& channel,
+                                std::size_t c) const {
   if (channel.residual.size() > 0) return channel.residual;
   const SampleSeries& s = m_series[c];
   VectorXd x(column_of_pole(true, fit.poles.size()));
@@ -105,6 +110,18 @@ VectorXd WeightedData::residual(const SinusoidFit& fit, std::size_t c) const {
   if (m_records[c] && EvenRecord::can_evaluate(fit.poles, duration_of(s)))
     return s.value - m_records[c]->evaluate_model(fit.poles, true, x);
   return s.value - evaluate_model(s, fit.poles, true, x);
+}
+
+VectorXd WeightedData::residual_of_own_fit(const SinusoidFit& fit, std::size_t c) const {
+  const VectorXd joint = residual(fit, c);
+  if (m_series.size() == 1 || fit.poles.empty()) return joint;
+  RefineOptions options = final_options();  // exact data must come out so, each channel
+  options.records = {m_records[c].get()};
+  options.weights.clear();
+  if (!m_records[c]) options.weights.push_back(m_weights[c]);
+  const SinusoidFit own = refine_sinusoids({m_series[c]}, fit.poles, options);
+  const VectorXd r = residual(own, own.channels.front(), c);
+  return r.norm() < joint.norm() ? r : joint;
 }
 
 double WeightedData::moment_mismatch(const SinusoidFit& fit, std::size_t c) const {
@@ -150,7 +167,7 @@ double WeightedData::weigh(const SinusoidFit& fit) {
   m_num_outliers = 0;
   double change = 0.0;
   for (std::size_t c = 0; c < m_series.size(); ++c) {
-    const VectorXd r = residual(fit, c);
+    const VectorXd r = residual_of_own_fit(fit, c);
     VectorXd factors = find_factors(c, r);
     change = std::max(change, (factors - m_factors[c]).cwiseAbs().maxCoeff());
     m_factors[c] = std::move(factors);

@@ -47,7 +47,9 @@ class WeightedData {
   /// For fits of those.
   [[nodiscard]] RefineOptions residual_options(const std::vector<SampleSeries>& residuals) const;
 
-  /// Weights each channel by its own residual and the stated sigmas, and isolated outliers by 0.
+  /// Weights each channel by what a fit of its own would leave and the stated sigmas, and isolated
+  /// outliers by 0. What the joint fit leaves would not do: of two repeats that differ, the one it
+  /// comes nearer to would gain weight, round by round, until it had all.
   /// Returns the largest change of the part of its weight that an outlier keeps.
   double weigh(const SinusoidFit& fit);
 
@@ -69,6 +71,11 @@ class WeightedData {
   [[nodiscard]] std::vector<int> num_down_weighted() const;
 
  private:
+  [[nodiscard]] Eigen::VectorXd residual(const SinusoidFit& fit,
+                                         const ChannelFit& channel,
+                                         std::size_t c) const;
+  /// Of channel `c` alone, with as many poles.
+  [[nodiscard]] Eigen::VectorXd residual_of_own_fit(const SinusoidFit& fit, std::size_t c) const;
   [[nodiscard]] RefineOptions options_with_step(double relative_step, int max_iterations) const;
   /// The part of its weight that each sample keeps.
   [[nodiscard]] Eigen::VectorXd find_factors(std::size_t c, const Eigen::VectorXd& r);

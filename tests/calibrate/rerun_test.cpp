@@ -84,14 +84,19 @@ TEST_F(Rerun, FromTheTracesGivesWhatTheFilmsGave) {
   EXPECT_EQ(from_films.material.damping_stiffness_b_sigma_s,
             rerun.material.damping_stiffness_b_sigma_s);
 
-  // columns may go; without sigmas the samples' own is not known, but the answer is the same
+  // columns may go; without sigmas all samples count alike, and the answer moves by less than its
+  // own
   std::vector<fs::path> bare;
   for (int i = 0; i < 2; ++i) {
     const Trace& trace = from_films.repeats[static_cast<std::size_t>(i)].trace;
     bare.push_back(
         save({trace.time_s, {*trace.find("observable_mm")}}, "bare_" + std::to_string(i) + ".csv"));
   }
-  expect_same_answer(from_films, calibrate_from_traces(strip(), bare, quick()));
+  const Material& stated = from_films.material;
+  const Material unstated = calibrate_from_traces(strip(), bare, quick()).material;
+  EXPECT_NEAR(unstated.frequency_hz, stated.frequency_hz, stated.frequency_sigma_hz);
+  EXPECT_NEAR(unstated.decay_per_s, stated.decay_per_s, stated.decay_sigma_per_s);
+  EXPECT_NEAR(unstated.uncertainty.repeats, stated.uncertainty.repeats, 0.001);
 }
 
 TEST_F(Rerun, FromAnEditedTraceOrANarrowerWindowStaysClose) {
