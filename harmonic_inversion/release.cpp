@@ -44,32 +44,11 @@ constexpr double kPullPart = 0.03;
 /// the first half of the motion, as a drift is.
 constexpr double kPulledPart = 0.5;
 
-/// The noise of a channel is taken to be within these parts of its range; of noise alone the range
-/// is about seven sigmas.
-constexpr double kLeastNoise = 1e-3;
-constexpr double kMostNoise = 1.0 / 7.0;
-/// The lower quartile of |y_1 - (y_0 + y_2) / 2| for white noise of unit sigma.
-constexpr double kQuartileOfBends = 0.3186 * 1.2247;
-
-/// The rows in which all channels are finite, each channel divided by its noise: markers that do
-/// not move would else hide those that do.
+/// The rows in which all channels are finite, each channel divided by its range.
 struct Motion {
   std::vector<double> time_s;
   MatrixXd value;  ///< rows: samples
 };
-
-/// Sigma of the noise of a channel of some samples, from those whose neighbours foretell them best:
-/// those at rest.
-double noise_of(const VectorXd& value) {
-  const Index n = value.size();
-  const double range = value.maxCoeff() - value.minCoeff();
-  if (n < 3) return range;
-  VectorXd bends =
-      (value.segment(1, n - 2) - 0.5 * (value.head(n - 2) + value.tail(n - 2))).cwiseAbs();
-  double* quartile = bends.data() + bends.size() / 4;
-  std::nth_element(bends.data(), quartile, bends.data() + bends.size());
-  return std::clamp(*quartile / kQuartileOfBends, kLeastNoise * range, kMostNoise * range);
-}
 
 Motion finite_motion(const Trace& trace,
                      const std::vector<const Channel*>& channels,
@@ -92,8 +71,8 @@ Motion finite_motion(const Trace& trace,
     }
   }
   for (Index c = 0; c < out.value.cols() && out.value.rows() > 0; ++c) {
-    const double noise = noise_of(out.value.col(c));
-    if (noise > 0.0) out.value.col(c) /= noise;
+    const double range = out.value.col(c).maxCoeff() - out.value.col(c).minCoeff();
+    if (range > 0.0) out.value.col(c) /= range;
   }
   return out;
 }

@@ -30,7 +30,7 @@ struct FreeMotion {
 /// sample is used from there. It ends before the pull that leads to the next release, before
 /// a pull in which the samples end, or with them.
 ///
-/// @param channels  of `trace`, judged together, each by its own noise
+/// @param channels  of `trace`, judged together, each by its own range
 /// @param from_s    samples before are not looked at [s]
 /// @param to_s      nor those after [s]
 [[nodiscard]] FreeMotion find_free_motion(const Trace& trace,

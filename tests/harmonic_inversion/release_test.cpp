@@ -10,8 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace twang {
 namespace {
@@ -169,28 +167,6 @@ TEST(FreeMotion, TakesAnEndBeforeTheNextPullAsGiven) {
   InversionOptions options;
   options.end_s = 2.6;
   EXPECT_NEAR(invert_harmonics(pulled_twice(), {"y"}, options).time_end_s, 2.6, 0.5 / 240.0);
-}
-
-TEST(FreeMotion, IsSeenThoughMostChannelsHoldNoiseAlone) {
-  SynthesisOptions options;
-  options.held_s = 0.5;
-  options.noise_sigma = 0.01;
-  Trace trace = synthesize_sinusoids({{8.0, 2.5, 1.0, 1.5}}, options);
-  std::vector<std::string> channels = {"y"};
-  for (std::uint32_t c = 1; c <= 16; ++c) {
-    options.seed = 1 + c;
-    options.channel = "still_" + std::to_string(c);
-    trace.channels.push_back(synthesize_sinusoids({}, options).channels[0]);
-    channels.push_back(options.channel);
-  }
-  const FreeMotion motion =
-      find_free_motion(trace, channels, trace.time_s.front(), trace.time_s.back());
-  ASSERT_TRUE(motion.release_s.has_value());
-  EXPECT_NEAR(*motion.release_s, 0.5, 3.0 / 240.0);
-  const InversionResult joint = invert_harmonics(trace, channels);
-  ASSERT_EQ(joint.modes.size(), 1U) << joint.message;
-  EXPECT_NEAR(joint.modes[0].frequency_hz, 8.0, 4.0 * joint.modes[0].frequency_sigma_hz);
-  EXPECT_NEAR(joint.modes[0].decay_per_s, 2.5, 4.0 * joint.modes[0].decay_sigma_per_s);
 }
 
 TEST(FreeMotion, PassesOverGlitchesWhileHeld) {
