@@ -78,7 +78,7 @@ install_chart_library() {
 num_jobs() {
   local memory_per_job_kb=1500000 available_kb cores jobs
   available_kb=$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)
-  cores=$(nproc)
+  cores=$(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc)  # which would count threads by them
   jobs=$((available_kb / memory_per_job_kb))
   if [ "$jobs" -gt "$cores" ]; then jobs=$cores; fi
   if [ "$jobs" -lt 1 ]; then jobs=1; fi
