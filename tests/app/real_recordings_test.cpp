@@ -67,7 +67,8 @@ TEST_F(RealRecording, SiliconeBeamsGravityReleasesGiveItsModulus) {
   const Material material = read_material(folder / "out" / "material.json");
   EXPECT_NEAR(material.frequency_hz, 7.75, 0.05);
   EXPECT_NEAR(material.decay_per_s, 2.45, 0.1);
-  // CalculiX' C3D20 meshes converge to 292 kPa for that frequency: 290.6 at its finest, still rising
+  // CalculiX' C3D20 meshes converge to 292 kPa for that frequency: 290.6 at its finest, still
+  // rising
   EXPECT_NEAR(material.youngs_modulus_identified_pa / 292e3, 1.0, 0.03);
   const auto ladder = nlohmann::json::parse(read_file(folder / "out" / "ladder.json"));
   EXPECT_TRUE(ladder.at("convergent").get<bool>()) << "next to incompressibility";

@@ -23,8 +23,8 @@ struct Sample {
 
 void PrintTo(const Sample& sample, std::ostream* out) { *out << sample.film; }
 
-/// The ladder beside the material, against CalculiX at E = 1 GPa: C3D8 73.139 Hz and C3D20 46.46 Hz at
-/// 1.5 mm, where the leg is one element thick, C3D20 45.97 Hz at 0.75 mm.
+/// The ladder beside the material, against CalculiX at E = 1 GPa: C3D8 73.139 Hz and C3D20 46.46 Hz
+/// at 1.5 mm, where the leg is one element thick, C3D20 45.97 Hz at 0.75 mm.
 void expect_the_ladder_of_the_lrig(const nlohmann::json& ladder) {
   const auto hertz = [](const nlohmann::json& rung) {
     return rung.at("natural_frequency_hz").at(0).get<double>() * std::sqrt(1e9);
@@ -73,7 +73,8 @@ TEST_P(SampleFilm, CalibratesToItsTruth) {
   EXPECT_NEAR(material.frequency_hz / truth.at("frequency_hz").get<double>(), 1.0, 0.001);
   EXPECT_NEAR(material.decay_per_s / truth.at("decay_per_s").get<double>(), 1.0, 0.03);
 
-  for (const char* file : {"trace.csv", "modes.json", "ladder.json", "table.csv", "report.html", "overlay.mp4"}) {
+  for (const char* file :
+       {"trace.csv", "modes.json", "ladder.json", "table.csv", "report.html", "overlay.mp4"}) {
     EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
   }
   if (GetParam().film == std::string("lrig")) {
