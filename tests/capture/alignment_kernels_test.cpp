@@ -142,6 +142,63 @@ TEST_P(EveryMarker, GivesTheProductsOfItsLightAlone) {
   }
 }
 
+TEST_P(EveryMarker, IsJudgedAsPixelByPixel) {
+  const MarkerTemplate marker = this->marker();
+  const Scene scene(marker.is_round());
+  const MarkerLight light{40.0F, 150.0F, 5.0F, -7.0F};
+  const JudgedPixels judged{0.7F, 9.0F, 110.0F};
+  for (const AlignmentKernels& kernels : {alignment_baseline::kernels(), alignment_kernels()}) {
+    AlignmentWorkspace workspace;
+    workspace.reserve(kWidth * kHeight);
+    const ModelSamples& samples = workspace.samples();
+    float* r = workspace.residual();
+    float* slope = workspace.square_slope();
+    const AlignmentColumns columns{1, false, 0.0F};
+    const std::array<double, kMostColumns> step{};
+    kernels.sample(scene.window, marker.cells(), scene.path, samples);
+    kernels.residuals(scene.window, samples, light, columns, step.data(), r, slope);
+    const auto is_flat = [&](int i) {
+      return samples.weight[i] >= judged.least_weight && slope[i] < judged.steep;
+    };
+    ResidualSums wanted;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      if (samples.weight[i] < judged.least_weight) continue;
+      const double residual = r[i];
+      const double grey = samples.grey[i] - judged.middle;
+      wanted.count += 1.0, wanted.square += residual * residual;
+      wanted.grey += grey, wanted.model += grey - residual;
+      wanted.grey_grey += grey * grey, wanted.grey_model += grey * (grey - residual);
+      wanted.model_model += (grey - residual) * (grey - residual);
+      if (!is_flat(i)) continue;
+      wanted.flat += 1.0, wanted.flat_square += residual * residual;
+      if (i % kWidth > 0 && is_flat(i - 1)) {
+        wanted.num_beside += 1.0, wanted.beside += residual * r[i - 1];
+      }
+      if (i >= kWidth && is_flat(i - kWidth)) {
+        wanted.num_below += 1.0, wanted.below += residual * r[i - kWidth];
+      }
+    }
+    const ResidualSums sums = kernels.sum_up(scene.window, samples, judged, r, slope);
+    EXPECT_GT(wanted.flat, 100.0);
+    EXPECT_LT(wanted.flat, wanted.count);
+    EXPECT_EQ(sums.count, wanted.count);
+    EXPECT_EQ(sums.flat, wanted.flat);
+    EXPECT_EQ(sums.num_beside, wanted.num_beside);
+    EXPECT_EQ(sums.num_below, wanted.num_below);
+    // Rows are summed in single precision; signed terms cancel, so squares are the scale.
+    const double close = 1e-5 * (wanted.square + wanted.grey_grey + wanted.model_model);
+    EXPECT_NEAR(sums.square, wanted.square, close);
+    EXPECT_NEAR(sums.grey, wanted.grey, close);
+    EXPECT_NEAR(sums.model, wanted.model, close);
+    EXPECT_NEAR(sums.grey_grey, wanted.grey_grey, close);
+    EXPECT_NEAR(sums.model_model, wanted.model_model, close);
+    EXPECT_NEAR(sums.grey_model, wanted.grey_model, close);
+    EXPECT_NEAR(sums.flat_square, wanted.flat_square, close);
+    EXPECT_NEAR(sums.beside, wanted.beside, close);
+    EXPECT_NEAR(sums.below, wanted.below, close);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(AlignmentKernels,
                          EveryMarker,
                          ::testing::Values(MarkerKind::Cross,
