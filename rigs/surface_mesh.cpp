@@ -3,11 +3,14 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -197,6 +200,36 @@ SurfaceMesh read_surface(const SurfaceFile& surface) {
     mesh.triangles.col(static_cast<Eigen::Index>(i)) = raw.triangles[i];
   }
   return mesh;
+}
+
+Box bounds_of(const SurfaceMesh& surface) {
+  assert(surface.triangles.cols() > 0);
+  const Eigen::Vector3d first = surface.vertices.col(surface.triangles(0, 0));
+  Box box = {first, first};
+  for (const int v : surface.triangles.reshaped()) {
+    box.min = box.min.cwiseMin(surface.vertices.col(v));
+    box.max = box.max.cwiseMax(surface.vertices.col(v));
+  }
+  return box;
+}
+
+void write_stl(const std::filesystem::path& path, const SurfaceMesh& surface) {
+  std::string bytes = "binary STL in mm";
+  bytes.resize(kStlHeaderBytes, ' ');
+  const auto append = [&](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  append(static_cast<std::uint32_t>(surface.triangles.cols()));
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    Eigen::Matrix3d corners;
+    for (int i = 0; i < 3; ++i) corners.col(i) = surface.vertices.col(surface.triangles(i, t));
+    const Eigen::Vector3d normal =
+        (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0)).normalized();
+    for (const double x : normal) append(static_cast<float>(x));
+    for (const double x : corners.reshaped()) append(static_cast<float>(x * kMillimetresPerMetre));
+    append(std::uint16_t{0});
+  }
+  write_file_atomically(path, bytes);
 }
 
 }  // namespace twang

@@ -39,7 +39,7 @@ SurfaceFile read_surface_file(const TomlTable& table, const std::filesystem::pat
   if (table.has("unit_mm")) surface.metres_per_unit = positive_metres(table, "unit_mm");
   if (table.has("at_mm")) surface.at = metres(table, "at_mm");
   try {
-    (void)read_surface(surface);
+    surface.box = bounds_of(read_surface(surface));
   } catch (const InputError& error) {
     table.complain("file", fmt::format("cannot be used: {}", error.what()));
   }

@@ -88,7 +88,7 @@ TEST_P(SurfaceFormats, GiveTheSameClosedSurfaceScaledAndMoved) {
   const TemporaryFolder folder;
   const Vector3d at(0.5, 0.25, -0.125);
   const SurfaceMesh mesh =
-      read_surface({folder.write(GetParam().name, GetParam().content), 0.5, at});
+      read_surface({folder.write(GetParam().name, GetParam().content), 0.5, at, {}});
   EXPECT_EQ(mesh.triangles.cols(), 4);
   // All numbers are exact in binary; 1e-15 is the rounding of the sum.
   EXPECT_NEAR(volume_of(mesh), 0.125, 1e-15);
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Surface,
 TEST(SurfaceMesh, RefusesWhatIsNoSurface) {
   const TemporaryFolder folder;
   const auto refusal = [&](const char* name, const std::string& content) {
-    const SurfaceFile surface = {folder.write(name, content), 1.0, Vector3d::Zero()};
+    const SurfaceFile surface = {folder.write(name, content), 1.0, Vector3d::Zero(), {}};
     return refusal_of([&] { (void)read_surface(surface); });
   };
   EXPECT_TRUE(holds(refusal("part.step", "x"), "must be named .stl or .obj"));
