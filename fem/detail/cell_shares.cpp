@@ -14,7 +14,7 @@ namespace {
 
 /// Overlaps are found at so many points in all, more of them in a cell the fewer cells there are;
 /// lines through a surface stay below kMaxLines.
-constexpr double kMaxPoints = 2e7;
+constexpr double kMaxPoints = 4e6;
 constexpr double kMaxLines = 4e6;
 constexpr int kMaxPointsPerAxis = 64;
 
