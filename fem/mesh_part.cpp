@@ -4,6 +4,7 @@
 #include "fem/detail/partial_cells.hpp"
 #include "fem/detail/voxel_grid.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/read_mesh.hpp"
 
 #include <fmt/format.h>
 
@@ -286,6 +287,7 @@ void set_fill(HexMesh& mesh,
 }  // namespace
 
 HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind) {
+  if (rig.meshing.file) return read_mesh_of(rig, kind);
   check_dx(rig, dx_m);
   FilledGrid filled = fill_grid(rig, read_solids(rig), dx_m);
   const VoxelGrid& grid = filled.grid;
