@@ -233,9 +233,6 @@ FilledGrid fill_grid(const Rig& rig, const std::vector<SolidGeometry>& solids, d
   for (const SolidGeometry& solid : solids) {
     if (!solid.surface) continue;
     for (const std::string& note : solid.surface->notes) result.notes.push_back(note);
-    for (std::string& note : describe_crossings(grid, solid)) {
-      result.notes.push_back(std::move(note));
-    }
   }
   if (!partial && fits_cells(grid, solids)) {
     const auto full = std::count_if(grid.solid_of_cell.begin(),

@@ -111,9 +111,8 @@ std::uint32_t binary_stl_count(std::string_view bytes) {
   return count;
 }
 
-bool is_binary_stl(std::string_view bytes) {
-  return bytes.size() ==
-         kStlHeaderBytes + sizeof(std::uint32_t) + kStlTriangleBytes * binary_stl_count(bytes);
+std::size_t binary_stl_size(std::string_view bytes) {
+  return kStlHeaderBytes + sizeof(std::uint32_t) + kStlTriangleBytes * binary_stl_count(bytes);
 }
 
 RawSurface read_binary_stl(std::string_view bytes) {
@@ -167,9 +166,19 @@ RawSurface read_raw(const std::filesystem::path& path) {
   }
   const std::string content = read_file(path);
   if (extension == ".obj") return read_obj(file, content);
-  if (is_binary_stl(content)) return read_binary_stl(content);
+  if (content.size() == binary_stl_size(content)) return read_binary_stl(content);
   const bool is_text = content.find('\0') == std::string::npos;
   if (is_text && content.starts_with("solid")) return read_ascii_stl(file, content);
+  if (content.empty()) throw InputError(fmt::format("{}: is empty, must hold a surface", file));
+  const std::size_t expected = binary_stl_size(content);
+  if (!is_text && content.size() < expected) {
+    throw InputError(fmt::format(
+        "{}: is cut short, holds {} bytes of the {} that binary STL of {} triangles has",
+        file,
+        content.size(),
+        expected,
+        binary_stl_count(content)));
+  }
   throw InputError(fmt::format(
       "{}: holds {} bytes, must be ASCII STL or binary STL of {} triangles as its header says",
       file,

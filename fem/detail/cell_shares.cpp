@@ -16,7 +16,8 @@ namespace {
 /// lines through a surface stay below kMaxLines.
 constexpr double kMaxPoints = 4e6;
 constexpr double kMaxLines = 4e6;
-constexpr int kMaxPointsPerAxis = 64;
+constexpr double kMaxPointsPerAxis = 64;
+constexpr double kMaxLinesPerAxis = 512;
 
 /// Cells of the grid that a box reaches into.
 struct CellRange {
@@ -99,6 +100,64 @@ void add_shares(const VoxelGrid& grid,
   });
 }
 
+/// Lines through a cell along an axis across them, so that there are not too many in all.
+int lines_per_cell(const VoxelGrid& grid, double most) {
+  const double lines = static_cast<double>(grid.count[0]) * grid.count[1];
+  return std::max(1, static_cast<int>(std::min(std::sqrt(kMaxLines / lines), most)));
+}
+
+/// Where `per_cell` lines or points stand in each cell along an axis.
+std::vector<double> spread_over_cells(const VoxelGrid& grid, int axis, int per_cell) {
+  std::vector<double> places;
+  for (int p = 0; p < per_cell * grid.count[static_cast<std::size_t>(axis)]; ++p) {
+    places.push_back(grid.origin[axis] + (p + 0.5) / per_cell * grid.cell[axis]);
+  }
+  return places;
+}
+
+/// Adds the part [low, high] of a line, in cells, to the cells along it.
+void add_length(double low, double high, std::vector<double>& of_cell) {
+  const double last = static_cast<double>(of_cell.size()) - 1.0;
+  const auto first = static_cast<std::size_t>(std::clamp(std::floor(low), 0.0, last));
+  for (std::size_t k = first; k < of_cell.size() && static_cast<double>(k) < high; ++k) {
+    const auto at = static_cast<double>(k);
+    of_cell[k] += std::max(0.0, std::min(high, at + 1.0) - std::max(low, at));
+  }
+}
+
+/// Of a surface that crosses itself: shares along lines.
+void add_crossed_shares(const VoxelGrid& grid,
+                        const SurfaceMesh& surface,
+                        int solid,
+                        std::vector<CellShare>& shares) {
+  const int per_cell = lines_per_cell(grid, kMaxLinesPerAxis);
+  const SurfaceColumns columns(
+      surface, spread_over_cells(grid, 0, per_cell), spread_over_cells(grid, 1, per_cell));
+  std::vector<double> length(static_cast<std::size_t>(grid.count[2]));
+  for (int j = 0; j < grid.count[1]; ++j) {
+    for (int i = 0; i < grid.count[0]; ++i) {
+      std::fill(length.begin(), length.end(), 0.0);
+      for (int line = 0; line < per_cell * per_cell; ++line) {
+        int winding = 0;
+        double entered = 0.0;
+        for (const SurfaceColumns::Crossing& crossing :
+             columns.at(static_cast<std::size_t>(i * per_cell + line % per_cell),
+                        static_cast<std::size_t>(j * per_cell + line / per_cell))) {
+          const double z = (crossing.z - grid.origin.z()) / grid.cell.z();
+          if (winding > 0) add_length(entered, z, length);
+          winding += crossing.turn;
+          entered = z;
+        }
+      }
+      for (int k = 0; k < grid.count[2]; ++k) {
+        const double share =
+            overlap_with_cell(0.0, length[static_cast<std::size_t>(k)] / (per_cell * per_cell));
+        if (share > 0.0) shares.push_back({grid.index(i, j, k), solid, share});
+      }
+    }
+  }
+}
+
 /// Shares of a cell that only boxes reach into, from the pieces into which their faces cut it.
 void resolve_boxes(const Box& cell,
                    const std::vector<SolidGeometry>& solids,
@@ -139,10 +198,8 @@ class OverlapSampler {
                  const std::vector<SolidGeometry>& solids,
                  std::size_t num_cells)
       : m_grid(grid), m_solids(solids), m_columns(solids.size()) {
-    const double lines = static_cast<double>(grid.count[0]) * grid.count[1];
-    const double most = std::min(std::sqrt(kMaxLines / lines),
-                                 std::cbrt(kMaxPoints / static_cast<double>(num_cells)));
-    m_points = std::clamp(static_cast<int>(most), 1, kMaxPointsPerAxis);
+    m_points = lines_per_cell(
+        grid, std::min(kMaxPointsPerAxis, std::cbrt(kMaxPoints / static_cast<double>(num_cells))));
   }
 
   void resolve(int i, int j, int k, std::span<CellShare> shares) {
@@ -174,20 +231,17 @@ class OverlapSampler {
   [[nodiscard]] double place(int axis, int point) const {
     return m_grid.origin[axis] + (point + 0.5) / m_points * m_grid.cell[axis];
   }
-  [[nodiscard]] std::vector<double> places(int axis) const {
-    std::vector<double> all;
-    for (int p = 0; p < m_points * m_grid.count[static_cast<std::size_t>(axis)]; ++p) {
-      all.push_back(place(axis, p));
-    }
-    return all;
-  }
   [[nodiscard]] bool is_inside(int solid, int i, int j, int k) {
     const auto at = static_cast<std::size_t>(solid);
     const SolidGeometry& geometry = m_solids[at];
     if (!geometry.surface) {
       return contains(geometry.solid, Eigen::Vector3d(place(0, i), place(1, j), place(2, k)));
     }
-    if (!m_columns[at]) m_columns[at].emplace(geometry.surface->mesh, places(0), places(1));
+    if (!m_columns[at]) {
+      m_columns[at].emplace(geometry.surface->mesh,
+                            spread_over_cells(m_grid, 0, m_points),
+                            spread_over_cells(m_grid, 1, m_points));
+    }
     return m_columns[at]->winding(
                static_cast<std::size_t>(i), static_cast<std::size_t>(j), place(2, k)) > 0;
   }
@@ -245,14 +299,17 @@ std::vector<CellShare> share_cells(const VoxelGrid& grid,
       add_shares(grid, *box, solid, shares);
     } else if (const auto* cylinder = std::get_if<Cylinder>(&solids[s].solid.shape)) {
       add_shares(grid, surface_of(*cylinder), solid, shares);
+    } else if (solids[s].crosses_itself) {
+      add_crossed_shares(grid, solids[s].surface->mesh, solid, shares);
     } else {
       add_shares(grid, solids[s].surface->mesh, solid, shares);
     }
   }
+  const auto by_cell = [](const CellShare& a, const CellShare& b) { return a.cell < b.cell; };
+  if (!std::is_sorted(shares.begin(), shares.end(), by_cell)) {
+    std::stable_sort(shares.begin(), shares.end(), by_cell);
+  }
   if (solids.size() < 2) return shares;
-  std::stable_sort(shares.begin(), shares.end(), [](const CellShare& a, const CellShare& b) {
-    return a.cell < b.cell;
-  });
   Resolver resolver(grid, solids);
   for (std::size_t begin = 0; begin < shares.size();) {
     std::size_t end = begin + 1;

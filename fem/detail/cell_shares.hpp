@@ -19,8 +19,8 @@ struct CellShare {
 /// The shares of all cells, by cell, then by solid.
 ///
 /// Exact but for round-off where solids do not overlap or only boxes do (a cylinder as a prism of
-/// its volume, a surface file as far as it does not overlap itself); where others overlap, the
-/// overlap is found at points spread over the cell.
+/// its volume); where others overlap, the overlap is found at points spread over the cell, and of a
+/// surface that crosses itself the shares along lines spread over it.
 [[nodiscard]] std::vector<CellShare> share_cells(const VoxelGrid& grid,
                                                  const std::vector<SolidGeometry>& solids);
 

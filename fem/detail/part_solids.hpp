@@ -15,9 +15,11 @@ struct SolidGeometry {
   PartSolid solid;
   Box bounds;                            ///< [m]
   std::optional<ClosedSurface> surface;  ///< of a surface file
+  bool crosses_itself = false;           ///< the surface, or its shells overlap
 };
 
-/// The solids of a rig's part; surface files are read and closed.
+/// The solids of a rig's part; surface files are read and closed, and looked at along lines, two
+/// hundred across, for places around which they wind other than once or not at all.
 /// @throws InputError as `read_closed_surface`
 [[nodiscard]] std::vector<SolidGeometry> read_solids(const Rig& rig);
 

@@ -168,42 +168,6 @@ int find_island(const VoxelGrid& grid) {
   return -1;
 }
 
-std::vector<std::string> describe_crossings(const VoxelGrid& grid, const SolidGeometry& geometry) {
-  const auto* file = std::get_if<SurfaceFile>(&geometry.solid.shape);
-  if (file == nullptr || !geometry.surface) return {};
-  const std::vector<double> x = centres(grid, 0, 0, grid.count[0], kSurfaceNudge);
-  const std::vector<double> y = centres(grid, 1, 0, grid.count[1], kSurfaceNudge);
-  const SurfaceColumns columns(geometry.surface->mesh, x, y);
-  double twice = 0.0;
-  double wrong_way = 0.0;
-  for (std::size_t j = 0; j < y.size(); ++j) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      int winding = 0;
-      double z = 0.0;
-      for (const SurfaceColumns::Crossing& crossing : columns.at(i, j)) {
-        if (winding > 1) twice += crossing.z - z;
-        if (winding < 0) wrong_way += crossing.z - z;
-        winding += crossing.turn;
-        z = crossing.z;
-      }
-    }
-  }
-  constexpr double kNotable = 1e-6;  // of the volume; less is rounding where shells touch
-  constexpr double kCubicMillimetres = 1e9;
-  std::vector<std::string> notes;
-  const auto say = [&](double length, const char* what) {
-    const double volume = length * grid.cell.x() * grid.cell.y();
-    if (volume <= kNotable * geometry.surface->volume_m3) return;
-    notes.push_back(fmt::format("{}: crosses itself or has shells that overlap: {:.3g} mm³ lie {}",
-                                file->file.string(),
-                                volume * kCubicMillimetres,
-                                what));
-  };
-  say(twice, "inside more than once and count once");
-  say(wrong_way, "inside a piece turned inside out and count as empty");
-  return notes;
-}
-
 VoxelFault find_fault(const VoxelGrid& grid, const std::vector<SolidGeometry>& solids) {
   std::vector<std::size_t> own_cells(solids.size(), 0);
   for (const int solid : grid.solid_of_cell) {

@@ -38,11 +38,6 @@ struct VoxelGrid {
 /// Fills every cell whose centre lies in a solid; the last such solid counts.
 void fill_by_centres(VoxelGrid& grid, const std::vector<SolidGeometry>& solids);
 
-/// Sentences on what of a grid's box a surface winds around other than once or not at all, seen
-/// along the lines through the cells' centres: it crosses itself, or shells overlap.
-[[nodiscard]] std::vector<std::string> describe_crossings(const VoxelGrid& grid,
-                                                          const SolidGeometry& geometry);
-
 /// What keeps a grid from being a mesh of the part.
 struct VoxelFault {
   enum class Kind { None, Vanished, Covered, Disconnected };

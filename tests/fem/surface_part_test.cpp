@@ -175,7 +175,7 @@ TEST(SurfacePart, HasTheSolidsVolumeInPartialCellsAtEveryDx) {
 
 TEST(SurfacePart, SaysWhatWasTurnedAndWhatIsEnclosedTwice) {
   const SurfaceMesh one = test::box_surface(box_mm({0, 0, 0}, {10, 10, 10}));
-  const SurfaceMesh two = test::box_surface(box_mm({5, 0, 0}, {15, 10, 10}));
+  const SurfaceMesh two = test::box_surface(box_mm({6, 0, 0}, {16, 10, 10}));
   const HexMesh turned =
       mesh_part(SurfaceRig({test::inside_out(one)}).rig, 2e-3, ElementKind::Hex8);
   EXPECT_EQ(turned.num_elements(), 125);
@@ -183,9 +183,18 @@ TEST(SurfacePart, SaysWhatWasTurnedAndWhatIsEnclosedTwice) {
   EXPECT_TRUE(holds(turned.notes[0], "is inside out"));
   const HexMesh overlap =
       mesh_part(SurfaceRig({test::together({one, two})}).rig, 1e-3, ElementKind::Hex8);
-  EXPECT_EQ(overlap.num_elements(), 1500);
+  EXPECT_EQ(overlap.num_elements(), 1600);
   ASSERT_EQ(overlap.notes.size(), 1U);
-  EXPECT_TRUE(holds(overlap.notes[0], "500 mm³ lie inside more than once"));
+  EXPECT_TRUE(holds(overlap.notes[0], "400 mm³ lie inside more than once"));
+  // Off the cells' faces, the volume of the union is that of the lines through it.
+  const SurfaceMesh odd = test::box_surface(box_mm({3.7, -1.3, 2.2}, {13.9, 8.6, 8.1}));
+  SurfaceRig shifted({test::together({one, odd})});
+  shifted.rig.meshing.partial_cells = PartialCells::Mass;
+  for (const double dx_mm : {1.0, 2.7, 20.0}) {
+    const HexMesh mesh = mesh_part(shifted.rig, dx_mm * 1e-3, ElementKind::Hex8);
+    const double both = 1000.0 + 10.2 * 9.9 * 5.9 - 6.3 * 8.6 * 5.9;
+    EXPECT_NEAR(filled_volume(mesh) / (both * 1e-9), 1.0, 1e-3) << dx_mm;
+  }
   // A tube twisted by half a turn crosses itself: half of it winds the wrong way.
   SurfaceMesh crossed = one;
   for (const int v : {4, 5, 6, 7}) crossed.vertices(0, v) = 0.010 - crossed.vertices(0, v);
