@@ -56,7 +56,12 @@ class LayoutSearch {
                const std::map<std::string, Eigen::Vector2d>& start_px,
                const std::string& film,
                const std::string& picture)
-      : m_frame(frame), m_rig(rig), m_starts(start_px), m_film(film), m_picture(picture) {}
+      : m_frame(frame),
+        m_rig(rig),
+        m_starts(start_px),
+        m_film(film),
+        m_picture(picture),
+        m_fitter(frame) {}
 
   PartialLayout run();
 
@@ -69,6 +74,9 @@ class LayoutSearch {
   void report_missing(std::size_t marker);
   void report_ambiguous(const std::vector<Constellation>& choices);
   void fit(const Constellation& found);
+  std::optional<FittedMarker> fit_at(const MarkerPattern& pattern,
+                                     const MarkerPlacement& place,
+                                     double size_px);
   void look_closer();
   void drop_strangers();
   [[nodiscard]] bool enough() const;
@@ -80,6 +88,7 @@ class LayoutSearch {
   const std::string& m_film;
   const std::string& m_picture;
   detail::TemplateStore m_templates;
+  MarkerFitter m_fitter;
   std::vector<LayoutMarker> m_markers;
   std::vector<MarkerCandidate> m_candidates;
   PartialLayout m_layout;
@@ -225,16 +234,22 @@ double LayoutSearch::due_size_px(std::size_t marker) const {
   return m.size_m * std::sqrt(std::abs(area));
 }
 
+/// What stands there, if it is a marker at all.
+std::optional<FittedMarker> LayoutSearch::fit_at(const MarkerPattern& pattern,
+                                                 const MarkerPlacement& place,
+                                                 double size_px) {
+  FittedMarker fitted = m_fitter.fit(pattern, place, 0.5 * size_px + 1.0);
+  if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) return std::nullopt;
+  return fitted;
+}
+
 void LayoutSearch::fit(const Constellation& found) {
   m_layout.px_from_plane = found.px_from_plane;
   m_layout.markers.resize(m_markers.size());
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
     if (found.candidate[i] < 0) continue;
     const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
-    FittedMarker fitted =
-        fit_marker(m_frame, candidate.pattern, candidate.placement, 0.5 * candidate.size_px + 1.0);
-    if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
-    m_layout.markers[i] = std::move(fitted);
+    m_layout.markers[i] = fit_at(candidate.pattern, candidate.placement, candidate.size_px);
   }
 }
 
@@ -266,12 +281,10 @@ void LayoutSearch::look_closer() {
                                 0.5 * size_px;
           });
       if (taken) continue;
-      FittedMarker fitted = fit_marker(m_frame,
-                                       marker.pattern,
-                                       {peak.position_px, due.px_from_pattern, due.motion_px},
-                                       0.5 * size_px + 1.0);
-      if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
-      if (!m_layout.markers[i] || fitted.alignment.score > m_layout.markers[i]->alignment.score) {
+      std::optional<FittedMarker> fitted =
+          fit_at(marker.pattern, {peak.position_px, due.px_from_pattern, due.motion_px}, size_px);
+      if (fitted && (!m_layout.markers[i] ||
+                     fitted->alignment.score > m_layout.markers[i]->alignment.score)) {
         m_layout.markers[i] = std::move(fitted);
       }
     }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -71,7 +72,8 @@ std::array<float, detail::kCellFloats>& MarkerTemplate::cell(int column, int row
   constexpr int kWithin = detail::kCellPhases - 1;
   const int square = ((row & kWithin) << detail::kCellPhaseBits) + (column & kWithin);
   const int line = square * m_part + (row >> detail::kCellPhaseBits);
-  return m_cells[static_cast<std::size_t>(line * m_part + (column >> detail::kCellPhaseBits))];
+  const int at = line * m_part + (column >> detail::kCellPhaseBits);
+  return m_table->cells[static_cast<std::size_t>(at)];
 }
 
 namespace {
@@ -106,7 +108,8 @@ std::array<float, detail::kCellFloats> cell_at(const float* r, std::ptrdiff_t st
 void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride, bool mirrored) {
   m_part = (m_side + detail::kCellPhases - 1) / detail::kCellPhases;
   const auto padded = static_cast<std::size_t>(detail::kCellPhases * m_part);
-  m_cells.assign(padded * padded, {1.0F});
+  m_table = std::make_shared<Table>();
+  m_table->cells.assign(padded * padded, {1.0F});
   const int end = mirrored ? (m_side + 1) / 2 : m_side - 1;
   for (int j = 1; j < end; ++j) {
     for (int i = 1; i < end; ++i) {
@@ -124,6 +127,7 @@ void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride, bool 
 
 /// Writes into each cell how far from it no cell has a slope worth the name.
 void MarkerTemplate::mark_even() {
+  if (std::exchange(m_table->even_marked, true)) return;
   cv::Mat even(m_side, m_side, CV_8UC1);
   for (int j = 0; j < m_side; ++j) {
     for (int i = 0; i < m_side; ++i) {
@@ -140,7 +144,7 @@ void MarkerTemplate::mark_even() {
 }
 
 detail::TemplateCells MarkerTemplate::cells() const {
-  return {m_cells.front().data(),
+  return {m_table->cells.front().data(),
           m_side,
           m_part,
           static_cast<float>(m_cells_per_unit),
