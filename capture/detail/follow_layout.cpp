@@ -2,6 +2,7 @@
 #include "capture/detail/follow_layout.hpp"
 
 #include "capture/detail/assign_markers.hpp"
+#include "capture/detail/in_parallel.hpp"
 #include "capture/detail/start_followers.hpp"
 #include "core/constants.hpp"
 
@@ -60,11 +61,15 @@ bool LayoutFollower::alike(std::size_t i, std::size_t k) const {
 
 /// Things near a marker that look like it and are no marker of the rig.
 void LayoutFollower::find_strangers(const LumaFrame& first) {
+  std::vector<std::vector<Eigen::Vector2d>> look_alikes(m_followers.size());
+  for_each_in_parallel(m_followers.size(), [&](std::size_t i) {
+    if (!m_followers[i].seen()) return;
+    look_alikes[i] = m_followers[i].look_alikes(first, kLookAround, kLookAlike);
+  });
   for (std::size_t i = 0; i < m_followers.size(); ++i) {
     MarkerFollower& follower = m_followers[i];
-    if (!follower.seen()) continue;
     const double apart_px = kApart * follower.size_px();
-    for (const Eigen::Vector2d& px : follower.look_alikes(first, kLookAround, kLookAlike)) {
+    for (const Eigen::Vector2d& px : look_alikes[i]) {
       bool a_marker = false;
       for (std::size_t k = 0; k < m_followers.size(); ++k) {
         a_marker |= m_followers[k].seen() ? (m_first[k].position_px - px).norm() < apart_px
