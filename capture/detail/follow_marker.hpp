@@ -111,6 +111,7 @@ class MarkerFollower {
   double m_half_way_px = kInfinity;  // to the nearest stranger that looks alike
   double m_typical_score;
   double m_typical_contrast;
+  Eigen::Vector4d m_light = Eigen::Vector4d::Zero();  // of the last alignment
   double m_blur_ratio = 0.5;  // length of the motion blur over the motion from frame to frame
   int m_num_blurs = 0;        // fits behind that
   int m_better_looks = 0;     // frames in which the pattern may still be fitted better
