@@ -18,7 +18,7 @@ constexpr std::array kBlurs_px = {0.0, 0.3, 0.45, 0.6, 0.8, 1.05, 1.4, 1.9, 2.5,
 constexpr std::size_t kUsualBlur = 3;  // of these; the first search starts there
 // What the parabola tells is rounded to so much, far below what a place depends on: markers that
 // look alike then share one drawing, which following them finds in the processor's cache.
-constexpr double kBlurStep_px = 0.02;
+constexpr double kBlurStep_px = 0.05;
 // A blur beyond this part of the size leaves nothing of the pattern.
 constexpr double kWidestBlur = 0.2;
 // A drawing serves all markers whose size differs by no more [-].

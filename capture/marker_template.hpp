@@ -63,11 +63,12 @@ class MarkerTemplate {
   [[nodiscard]] bool has_rim() const { return !m_cut_out; }
 
  private:
+  using Cell = std::array<detail::CellNumber, detail::kCellNumbers>;
   void make_cells(const float* first, std::ptrdiff_t stride, bool mirrored);
-  [[nodiscard]] std::array<float, detail::kCellFloats>& cell(int column, int row);
+  [[nodiscard]] Cell& cell(int column, int row);
 
   struct Table {
-    std::vector<std::array<float, detail::kCellFloats>> cells;
+    std::vector<Cell> cells;
     bool even_marked = false;
   };
 
