@@ -14,6 +14,13 @@
 
 namespace twang::detail {
 
+/// Where a marker is in one frame.
+struct MarkerSample {
+  Eigen::Vector2d position_px;  ///< nan where lost [px]
+  double sigma_px = 0.0;        ///< of one coordinate; nan where lost [px]
+  std::string lost_because;     ///< empty where found
+};
+
 /// What else is known of a marker before it is followed.
 struct MarkerBackground {
   Eigen::Vector2d rest_px = Eigen::Vector2d::Zero();  ///< where the layout puts it at rest [px]
