@@ -66,7 +66,7 @@ class LayoutSearch {
 
  private:
   [[nodiscard]] std::vector<MarkerPattern> patterns() const;
-  void gather_candidates();
+  [[nodiscard]] std::vector<Constellation> match();
   bool place_starts();
   int candidate_near(const MarkerPattern& pattern, const Eigen::Vector2d& start);
   void report_missing(std::size_t marker);
@@ -112,13 +112,6 @@ int LayoutSearch::candidate_near(const MarkerPattern& pattern, const Eigen::Vect
     nearest = static_cast<int>(c);
   }
   return nearest;
-}
-
-/// In the whole picture, unless all places are stated.
-void LayoutSearch::gather_candidates() {
-  if (m_starts.size() == m_rig.markers.size()) return;
-  m_candidates = detail::find_candidates(
-      m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
 }
 
 /// Finds the candidates that are meant by the stated places; false if there is none.
@@ -314,16 +307,33 @@ bool LayoutSearch::enough() const {
   return found == all || (2 * found >= all && (found >= 3 || (fixed >= 2 && found_fixed == fixed)));
 }
 
+/// The constellations that fit about as well as the best: first among large candidates, and unless
+/// these are all markers, among all. None if a stated place has no candidate (`problem` says so).
+std::vector<Constellation> LayoutSearch::match() {
+  detail::CandidateSearch search(
+      m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
+  const bool all_stated = m_starts.size() == m_rig.markers.size();
+  std::vector<Constellation> choices;
+  for (const bool small : {false, true}) {
+    if (!all_stated) small ? search.look_for_small() : search.look_for_large();
+    m_candidates = search.found();
+    m_layout.problem.clear();
+    m_layout.hopeless = !place_starts();
+    choices.clear();
+    if (!m_layout.hopeless) {
+      choices = detail::match_constellation(m_markers, m_candidates, kMostTurn_rad).about_as_good;
+    }
+    const bool complete =
+        choices.size() == 1 && choices.front().num_matched == static_cast<int>(m_markers.size());
+    if (complete || all_stated) break;
+  }
+  return choices;
+}
+
 PartialLayout LayoutSearch::run() {
   m_layout.markers.resize(m_markers.size());
-  gather_candidates();
-
-  if (!place_starts()) {
-    m_layout.hopeless = true;
-    return std::move(m_layout);
-  }
-  const auto choices =
-      detail::match_constellation(m_markers, m_candidates, kMostTurn_rad).about_as_good;
+  const std::vector<Constellation> choices = match();
+  if (m_layout.hopeless) return std::move(m_layout);
   if (choices.empty()) {
     report_missing(0);
     return std::move(m_layout);

@@ -18,9 +18,11 @@ namespace twang {
 namespace {
 
 constexpr int kMostIterations = 40;
-constexpr double kSettled = 1e-7;           // last step of ln E
+constexpr double kSettled = 1e-7;        // last step of ln E
+constexpr double kAlmostSettled = 1e-4;  // the same, where no step makes the misfit smaller
+constexpr int kMostHalvings = 8;
 constexpr double kLargestStep = 1.6;        // of ln E: a factor of five
-constexpr double kRankTolerance = 1e-6;     // of singular values: below, a combination is not told
+constexpr double kRankTolerance = 1e-3;     // of singular values: below, a combination is not told
 constexpr double kLargestCondition = 30.0;  // up to which materials are told apart
 constexpr double kLeastShare = 0.02;        // of the energy, below which a material is not seen
 constexpr double kFirstGuess_pa = 1e6;
@@ -67,6 +69,9 @@ class ModulusSearch {
   void gather_targets();
   void start();
   void settle(bool first_mesh);
+  [[nodiscard]] double weighted_misfit() const {
+    return m_weight.cwiseProduct(m_result.misfit).norm();
+  }
   void evaluate();
   bool refine();
   void find_damping();
@@ -208,21 +213,35 @@ void ModulusSearch::evaluate() {
       Eigen::VectorXd::Ones(num_measurements()) - m_result.energy_shares.rowwise().sum();
 }
 
+/// Gauss-Newton, a step halved as long as it makes the misfit larger.
 void ModulusSearch::settle(bool first_mesh) {
+  evaluate();
+  if (first_mesh && !m_any_known) {
+    // All moduli times a factor are all eigenvalues times it, whatever the shapes.
+    const double scale = -m_result.misfit.mean();
+    m_log_modulus.array() += scale;
+    m_result.misfit.array() += scale;
+  }
   for (int i = 0; i < kMostIterations; ++i) {
-    evaluate();
     ++m_result.iterations;
-    double scale = 0.0;
-    if (first_mesh && i == 0 && !m_any_known) {
-      // All moduli times a factor are all eigenvalues times it, whatever the shapes.
-      scale = -m_result.misfit.mean();
-      m_log_modulus.array() += scale;
-      m_result.misfit.array() += scale;
-    }
     m_last = solve_weighted(m_result.energy_shares, -m_result.misfit, m_weight);
     const double longest = m_last.x.cwiseAbs().maxCoeff();
-    if (longest < kSettled && scale == 0.0) return;
-    m_log_modulus += std::min(1.0, kLargestStep / std::max(longest, 1e-300)) * m_last.x;
+    if (longest < kSettled) return;
+    const Eigen::VectorXd from = m_log_modulus;
+    const double before = weighted_misfit();
+    Eigen::VectorXd step = std::min(1.0, kLargestStep / longest) * m_last.x;
+    for (int halving = 0; halving <= kMostHalvings; ++halving, step *= 0.5) {
+      m_log_modulus = from + step;
+      evaluate();
+      if (weighted_misfit() < before) break;
+    }
+    // What rounding leaves of a misfit grows and shrinks by chance.
+    if (!(weighted_misfit() < before)) {
+      if (longest < kAlmostSettled) return;
+      throw NumericalFailure(
+          "no set of moduli explains all measured modes: the search does not get on; are they the "
+          "mesh's modes that they are taken for?");
+    }
   }
   throw NumericalFailure(fmt::format(
       "the moduli do not settle in {} iterations: no set of moduli explains all measured modes",

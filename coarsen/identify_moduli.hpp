@@ -67,9 +67,9 @@ struct IdentifiedMaterials {
 ///     2 d_k / lambda_k = sum_m share_km b_m
 ///
 /// by Gauss-Newton in ln E on hex20 meshes, which are refined by halving dx until the moduli stand.
-/// A mode keeps its shape from one iteration to the next, not its number. Sinusoids without a
-/// stated mode are the rig's in ascending order: the first n modes of the mesh that its observable
-/// can see (all, without one). Sinusoids without a sigma are weighed alike.
+/// Sinusoids without a stated mode are the rig's in ascending order: the first n modes of the mesh,
+/// at the moduli found, that its observable can see (all, without one). Sinusoids without a sigma
+/// are weighed alike.
 ///
 /// Where the shares of two materials are alike in all measurements, frequencies tell only a product
 /// of powers of their moduli: `distinguishable` is then false, and a note says which.

@@ -19,29 +19,30 @@ constexpr int kSpareModes = 4;  // beyond those wanted: some change places, some
 }  // namespace
 
 void RigModes::add(std::size_t index, const ModalMeasurement& measurement) {
-  m_wanted.push_back(
-      {index, measurement.sinusoid.natural_frequency_hz(), measurement.mode.value_or(-1), {}});
+  m_wanted.push_back({index, measurement.sinusoid.natural_frequency_hz(), measurement.mode});
 }
 
 int RigModes::most_modes() const {
   int most = static_cast<int>(m_wanted.size());
-  for (const Wanted& wanted : m_wanted) most = std::max(most, wanted.number + 1);
+  for (const Wanted& wanted : m_wanted) most = std::max(most, wanted.stated.value_or(0) + 1);
   return most + kSpareModes;
 }
 
-/// Gives each sinusoid without a mode one, both ascending.
-void RigModes::assign(const MeshRung& rung) {
-  std::vector<Wanted*> open;
+/// Gives each sinusoid without a stated mode one, both ascending.
+std::vector<int> RigModes::assign(const MeshRung& rung) const {
+  std::vector<int> numbers;
+  std::vector<std::size_t> open;
   std::vector<int> visible = visible_modes(*m_rig, rung);
-  for (Wanted& wanted : m_wanted) {
-    if (wanted.number < 0) {
-      open.push_back(&wanted);
+  for (std::size_t k = 0; k < m_wanted.size(); ++k) {
+    numbers.push_back(m_wanted[k].stated.value_or(-1));
+    if (m_wanted[k].stated) {
+      std::erase(visible, *m_wanted[k].stated);
     } else {
-      std::erase(visible, wanted.number);
+      open.push_back(k);
     }
   }
-  std::sort(open.begin(), open.end(), [](const Wanted* a, const Wanted* b) {
-    return a->frequency_hz < b->frequency_hz;
+  std::sort(open.begin(), open.end(), [&](std::size_t a, std::size_t b) {
+    return m_wanted[a].frequency_hz < m_wanted[b].frequency_hz;
   });
   if (open.size() > visible.size()) {
     throw InputError(
@@ -52,18 +53,8 @@ void RigModes::assign(const MeshRung& rung) {
                     rung.modes.count(),
                     visible.size()));
   }
-  for (std::size_t i = 0; i < open.size(); ++i) open[i]->number = visible[i];
-}
-
-/// The modes that look like those of the last iteration.
-void RigModes::follow(const MeshRung& rung, const ElasticBody& body) {
-  for (Wanted& wanted : m_wanted) {
-    if (wanted.shape.size() > 0) {
-      const Eigen::VectorXd moved = body.mass() * wanted.shape;
-      (rung.modes.shapes.transpose() * moved).cwiseAbs().maxCoeff(&wanted.number);
-    }
-    wanted.shape = rung.modes.shapes.col(wanted.number);
-  }
+  for (std::size_t i = 0; i < open.size(); ++i) numbers[open[i]] = visible[i];
+  return numbers;
 }
 
 std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>& moduli,
@@ -78,12 +69,18 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
   const MeshRung rung = compute_rung(rig, m_dx_m, ElementKind::Hex20, most_modes(), progress);
   const std::vector<ElasticMaterial> materials = elastic_materials(rig, rung.mesh);
   const ElasticBody body = linear_body(rig, rung.mesh, materials, mass_points(rig, rung.mesh));
-  assign(rung);
-  follow(rung, body);
+  const std::vector<int> numbers = assign(rung);
 
   std::vector<MeasuredMode> modes;
-  for (const Wanted& wanted : m_wanted) {
-    modes.push_back({wanted.index, wanted.number, rung.modes.lambda_per_s2[wanted.number], {}});
+  for (std::size_t k = 0; k < m_wanted.size(); ++k) {
+    if (numbers[k] >= rung.modes.count()) {
+      throw InputError(fmt::format("rig \"{}\": mode {} is asked for, the mesh at {} has {}",
+                                   m_rig->name,
+                                   numbers[k] + 1,
+                                   millimetres(m_dx_m),
+                                   rung.modes.count()));
+    }
+    modes.push_back({m_wanted[k].index, numbers[k], rung.modes.lambda_per_s2[numbers[k]], {}});
   }
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const std::string& name = rung.mesh.material_names[m];
@@ -93,7 +90,7 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
     doubled[m].youngs_modulus_pa *= 2.0;
     const ElasticBody stiffer = linear_body(rig, rung.mesh, doubled, {});
     for (std::size_t k = 0; k < modes.size(); ++k) {
-      const Eigen::VectorXd& shape = m_wanted[k].shape;
+      const Eigen::VectorXd shape = rung.modes.shapes.col(modes[k].number);
       const double all = body.elastic_energy(shape);
       modes[k].energy_shares[name] = (stiffer.elastic_energy(shape) - all) / all;
     }
@@ -104,7 +101,6 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
 bool RigModes::refine(long max_dofs) {
   if (count_dofs(*m_rig, 0.5 * m_dx_m, ElementKind::Hex20) > max_dofs) return false;
   m_dx_m *= 0.5;
-  for (Wanted& wanted : m_wanted) wanted.shape.resize(0);
   return true;
 }
 

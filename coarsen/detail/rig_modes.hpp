@@ -6,10 +6,9 @@
 #include "core/progress.hpp"
 #include "rigs/rig.hpp"
 
-#include <Eigen/Core>
-
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,12 +41,10 @@ class RigModes {
   struct Wanted {
     std::size_t index;
     double frequency_hz;
-    int number;             // -1: not assigned yet
-    Eigen::VectorXd shape;  // as it was last, on this mesh
+    std::optional<int> stated;  // mode
   };
   [[nodiscard]] int most_modes() const;
-  void assign(const MeshRung& rung);
-  void follow(const MeshRung& rung, const ElasticBody& body);
+  [[nodiscard]] std::vector<int> assign(const MeshRung& rung) const;
 
   const Rig* m_rig;
   double m_dx_m;
