@@ -2,6 +2,7 @@
 #include "capture/detail/marker_candidates.hpp"
 
 #include "capture/detail/find_tags.hpp"
+#include "capture/detail/in_parallel.hpp"
 #include "capture/fit_marker.hpp"
 #include "core/constants.hpp"
 #include "core/units.hpp"
@@ -94,6 +95,17 @@ std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int wind
                      static_cast<double>(by * h),
                      static_cast<double>(by * by * stats.at<int>(i, cv::CC_STAT_AREA))});
   }
+  return blobs;
+}
+
+/// At each window that the picture has room for.
+std::array<std::vector<Blob>, kWindows_px.size()> find_blobs_of_all_sizes(const cv::Mat& grey,
+                                                                          const SearchBox& box) {
+  std::array<std::vector<Blob>, kWindows_px.size()> blobs;
+  for_each_in_parallel(kWindows_px.size(), [&](std::size_t i) {
+    const bool roomy = kWindows_px[i] <= 2 * std::min(grey.cols, grey.rows);
+    if (roomy) blobs[i] = find_blobs(grey, box, kWindows_px[i]);
+  });
   return blobs;
 }
 
@@ -229,9 +241,8 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
         tags.begin(), tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
   };
   std::vector<MarkerCandidate> found;
-  for (const int window_px : kWindows_px) {
-    if (window_px > 2 * std::min(width, height)) break;
-    for (const Blob& blob : find_blobs(grey, box, window_px)) {
+  for (const auto& blobs : find_blobs_of_all_sizes(grey, box)) {
+    for (const Blob& blob : blobs) {
       if (in_a_tag(blob.centre_px)) continue;
       for (const MarkerPattern& pattern : patterns) {
         for (const Guess& guess : guesses(pattern, blob)) {
