@@ -77,7 +77,9 @@ double lambda_of(double frequency_hz) {
 
 TEST(EachRelease, OfOneTraceGivesModulusAndDampingAsARepeat) {
   const std::vector<double> plucks(4, kFrequency_hz);
-  const Material found = calibrate(plucked(plucks), each_release()).material;
+  const Calibration calibration = calibrate(plucked(plucks), each_release());
+  ASSERT_EQ(calibration.repeats.size(), plucks.size());
+  const Material& found = calibration.material;
   // One pluck without noise: the modulus goes with lambda.
   const Material truth = calibrate(plucked({kFrequency_hz}, 0.0)).material;
   EXPECT_NEAR(truth.lambda_per_s2 / lambda_of(kFrequency_hz), 1.0, 1e-5);
