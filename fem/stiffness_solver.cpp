@@ -47,8 +47,8 @@ class FactorSolver final : public StiffnessSolver {
     for (int k = 0; k < B.cols(); ++k) {
       const double scale = B.col(k).norm();
       if (scale == 0.0) continue;
-      solution.relative_residual = std::max(solution.relative_residual,
-                                            (B.col(k) - m_matrix * X.col(k)).norm() / scale);
+      solution.relative_residual =
+          std::max(solution.relative_residual, (B.col(k) - m_matrix * X.col(k)).norm() / scale);
     }
     return solution;
   }
@@ -111,7 +111,8 @@ std::unique_ptr<StiffnessSolver> make_stiffness_solver(const ElasticBody& body,
       return std::make_unique<MultigridSolver>(body, free, options, reason);
     }
     if (asked) throw InputError(fmt::format("multigrid does not fit the mesh: {}", fault));
-    reason = fmt::format("about {:.2g} GB, but multigrid does not fit the mesh: {}", gigabytes, fault);
+    reason =
+        fmt::format("about {:.2g} GB, but multigrid does not fit the mesh: {}", gigabytes, fault);
   }
   return std::make_unique<FactorSolver>(body, free, reason);
 }

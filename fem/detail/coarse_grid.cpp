@@ -36,8 +36,7 @@ Eigen::Vector3i choose_offset(const CellGrid& fine) {
 Eigen::Matrix<double, 8, 8> interpolation(int part) {
   Eigen::Matrix<double, 8, 8> P;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d at =
-        0.5 * (corner_offset(part) + corner_offset(corner)).cast<double>();
+    const Eigen::Vector3d at = 0.5 * (corner_offset(part) + corner_offset(corner)).cast<double>();
     for (int coarse = 0; coarse < 8; ++coarse) {
       const Eigen::Array3d towards = corner_offset(coarse).cast<double>();
       P(corner, coarse) = (towards * at.array() + (1.0 - towards) * (1.0 - at.array())).prod();
@@ -46,18 +45,18 @@ Eigen::Matrix<double, 8, 8> interpolation(int part) {
   return P;
 }
 
+}  // namespace
+
+int TypedGrid::num_free() const {
+  return static_cast<int>(std::count(held.begin(), held.end(), 0));
+}
+
 void zero_held(std::uint32_t held, Eigen::MatrixXd& matrix) {
   for (int i = 0; i < 24; ++i) {
     if ((held >> i & 1U) == 0) continue;
     matrix.row(i).setZero();
     matrix.col(i).setZero();
   }
-}
-
-}  // namespace
-
-int TypedGrid::num_free() const {
-  return static_cast<int>(std::count(held.begin(), held.end(), 0));
 }
 
 std::uint32_t held_mask(const std::vector<char>& held,
@@ -106,7 +105,8 @@ CoarseGrid::CoarseGrid(const TypedGrid& fine) {
   for (std::size_t dof = 0; dof < has_free.size(); ++dof) {
     if (has_free[dof] == 0) cells.held[dof] = 1;
   }
-  parents = Eigen::Map<Eigen::ArrayXi>(from_fine.data(), static_cast<Eigen::Index>(from_fine.size()));
+  parents =
+      Eigen::Map<Eigen::ArrayXi>(from_fine.data(), static_cast<Eigen::Index>(from_fine.size()));
   for (int n = 0; n < num_nodes; ++n) children_start[n + 1] += children_start[n];
   children.resize(parents.size());
   Eigen::ArrayXi next = children_start;

@@ -14,8 +14,8 @@ namespace twang {
 /// Cells of a grid by kinds: cells of one kind have the same matrix.
 struct TypedGrid {
   CellGrid grid;
-  std::vector<char> held;     ///< degrees of freedom, component by component
-  Eigen::ArrayXi type;        ///< of each cell
+  std::vector<char> held;  ///< degrees of freedom, component by component
+  Eigen::ArrayXi type;     ///< of each cell
   int num_types = 0;
   std::vector<std::uint32_t> held_of_type;  ///< a bit for each of 24 degrees of freedom
 
@@ -27,6 +27,9 @@ struct TypedGrid {
 [[nodiscard]] std::uint32_t held_mask(const std::vector<char>& held,
                                       int num_nodes,
                                       const Eigen::Matrix<int, 8, 1>& nodes);
+
+/// Clears rows and columns of a cell's matrix.
+void zero_held(std::uint32_t held, Eigen::MatrixXd& matrix);
 
 /// A grid of cells twice as large over a finer one, filled where any of their eight parts is, and
 /// the trilinear functions on it.

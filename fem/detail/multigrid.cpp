@@ -14,7 +14,7 @@ namespace twang {
 namespace {
 
 constexpr int kThreadedNodes = 20'000;
-constexpr int kSmoothingDegree = 4;
+constexpr int kSmoothingDegree = 3;
 /// Errors with eigenvalues of D^-1 A above the largest over this are smoothed away.
 constexpr float kSmoothedRange = 10.0F;
 constexpr int kPowerIterations = 15;
@@ -82,16 +82,7 @@ Multigrid::Multigrid(const VoxelBody& body, int max_coarse_dofs)
 SolveStatus Multigrid::prepare(const StiffnessCombination& of) {
   m_moduli = m_body.moduli<float>(of);
   m_solver.reset();
-  std::vector<Eigen::MatrixXd> matrices;
-  for (std::size_t t = 0; t < m_fine_material.size(); ++t) {
-    Eigen::MatrixXd matrix = m_body.cell_matrix(of, m_fine_material[t]);
-    for (int i = 0; i < 24; ++i) {
-      if ((m_fine.held_of_type[t] >> i & 1U) == 0) continue;
-      matrix.row(i).setZero();
-      matrix.col(i).setZero();
-    }
-    matrices.push_back(matrix);
-  }
+  std::vector<Eigen::MatrixXd> matrices = fine_matrices(of);
   for (std::size_t l = 0; l < m_levels.size(); ++l) {
     Level& level = m_levels[l];
     if (l > 0) {
@@ -108,7 +99,21 @@ SolveStatus Multigrid::prepare(const StiffnessCombination& of) {
     if (!invert_diagonal(level, matrices)) return SolveStatus::NotPositiveDefinite;
     level.largest = estimate_largest(level);
   }
-  return factorize_coarsest(matrices);
+  const SparseMatrix A = assemble_coarsest(matrices);
+  auto solver = make_cholesky_solver();
+  SolveStatus status = solver->analyze(A);
+  if (status == SolveStatus::Ok) status = solver->factorize(A);
+  if (status == SolveStatus::Ok) m_solver = std::move(solver);
+  return status;
+}
+
+std::vector<Eigen::MatrixXd> Multigrid::fine_matrices(const StiffnessCombination& of) const {
+  std::vector<Eigen::MatrixXd> matrices;
+  for (std::size_t t = 0; t < m_fine_material.size(); ++t) {
+    matrices.push_back(m_body.cell_matrix(of, m_fine_material[t]));
+    zero_held(m_fine.held_of_type[t], matrices.back());
+  }
+  return matrices;
 }
 
 void Multigrid::add_product(const Level& level, float scale, const float* x, float* y) const {
@@ -234,7 +239,7 @@ void Multigrid::smooth(Level& level, bool residual_wanted) const {
 
 void Multigrid::cycle_from(std::size_t index) {
   Level& level = m_levels[index];
-  if (index + 1 == m_levels.size()) return solve_coarsest(level);
+  if (index + 1 == m_levels.size()) return cycle_coarsest(level);
   const CoarseGrid& coarse = *m_coarse[index];
   Level& next = m_levels[index + 1];
   level.x.setZero();
@@ -256,7 +261,7 @@ Eigen::VectorXd Multigrid::cycle(const Eigen::VectorXd& r) {
   return scale * m_levels.front().x.cast<double>();
 }
 
-SolveStatus Multigrid::factorize_coarsest(const std::vector<Eigen::MatrixXd>& matrices) {
+SparseMatrix Multigrid::assemble_coarsest(const std::vector<Eigen::MatrixXd>& matrices) const {
   const TypedGrid& cells = *m_levels.back().cells;
   const int num_nodes = cells.grid.num_nodes();
   const auto nodes = cells.grid.nodes_of_cells();
@@ -277,25 +282,45 @@ SolveStatus Multigrid::factorize_coarsest(const std::vector<Eigen::MatrixXd>& ma
   }
   SparseMatrix A(m_num_coarsest, m_num_coarsest);
   A.setFromTriplets(entries.begin(), entries.end());
-  auto solver = make_cholesky_solver();
-  SolveStatus status = solver->analyze(A);
-  if (status == SolveStatus::Ok) status = solver->factorize(A);
-  if (status == SolveStatus::Ok) m_solver = std::move(solver);
-  return status;
+  return A;
 }
 
-void Multigrid::solve_coarsest(Level& level) {
-  Eigen::MatrixXd b = Eigen::MatrixXd::Zero(m_num_coarsest, 1);
-  for (std::size_t dof = 0; dof < m_coarsest_free.size(); ++dof) {
-    if (m_coarsest_free[dof] < 0) continue;
-    b(m_coarsest_free[dof], 0) = static_cast<double>(level.r[static_cast<Eigen::Index>(dof)]);
-  }
+SparseMatrix Multigrid::coarsest_matrix(const StiffnessCombination& of) const {
+  std::vector<Eigen::MatrixXd> matrices = fine_matrices(of);
+  for (const auto& coarse : m_coarse) matrices = coarse->matrices(matrices);
+  return assemble_coarsest(matrices);
+}
+
+Eigen::VectorXd Multigrid::solve_coarsest(const Eigen::VectorXd& b) {
   Eigen::MatrixXd x;
   m_solver->solve(b, x);
+  return x;
+}
+
+void Multigrid::set_coarsest(const Eigen::VectorXd& x) {
+  Level& level = m_levels.back();
   for (std::size_t dof = 0; dof < m_coarsest_free.size(); ++dof) {
     const int at = m_coarsest_free[dof];
-    level.x[static_cast<Eigen::Index>(dof)] = at < 0 ? 0.0F : static_cast<float>(x(at, 0));
+    level.x[static_cast<Eigen::Index>(dof)] = at < 0 ? 0.0F : static_cast<float>(x[at]);
   }
+}
+
+Eigen::VectorXd Multigrid::prolong_from_coarsest(const Eigen::VectorXd& x) {
+  set_coarsest(x / x.lpNorm<Eigen::Infinity>());
+  for (std::size_t l = m_levels.size() - 1; l > 0; --l) {
+    Level& level = m_levels[l - 1];
+    m_coarse[l - 1]->prolong(*level.cells, m_levels[l].x.data(), level.x.data());
+  }
+  return m_levels.front().x.cast<double>();
+}
+
+void Multigrid::cycle_coarsest(Level& level) {
+  Eigen::VectorXd b(m_num_coarsest);
+  for (std::size_t dof = 0; dof < m_coarsest_free.size(); ++dof) {
+    if (m_coarsest_free[dof] < 0) continue;
+    b[m_coarsest_free[dof]] = static_cast<double>(level.r[static_cast<Eigen::Index>(dof)]);
+  }
+  set_coarsest(solve_coarsest(b));
 }
 
 double Multigrid::memory_bytes() const {

@@ -29,16 +29,22 @@ class Multigrid {
   /// One cycle from zero: nearly A^-1 r. Not to be called by two threads at once.
   [[nodiscard]] Eigen::VectorXd cycle(const Eigen::VectorXd& r);
 
+  /// Of the coarsest level: Galerkin's matrix on its free degrees of freedom, (n x n), A^-1 b there
+  /// after `prepare`, and a function there as a vector of the finest.
+  [[nodiscard]] SparseMatrix coarsest_matrix(const StiffnessCombination& of) const;
+  [[nodiscard]] Eigen::VectorXd solve_coarsest(const Eigen::VectorXd& b);
+  [[nodiscard]] Eigen::VectorXd prolong_from_coarsest(const Eigen::VectorXd& x);
+
   [[nodiscard]] int num_levels() const { return static_cast<int>(m_levels.size()); }
-  [[nodiscard]] int coarsest_dofs() const { return m_coarsest_free.empty() ? 0 : m_num_coarsest; }
+  [[nodiscard]] int coarsest_dofs() const { return m_num_coarsest; }
   [[nodiscard]] double memory_bytes() const;
 
  private:
   struct Level {
     const TypedGrid* cells = nullptr;
-    std::vector<float> matrices;        ///< (24 x 24) of each type, coarse levels alone
-    Eigen::ArrayXXf inverse_diagonal;   ///< (num_nodes x 6): 00 10 20 11 21 22
-    float largest = 1.0F;               ///< estimated largest eigenvalue of D^-1 A
+    std::vector<float> matrices;       ///< (24 x 24) of each type, coarse levels alone
+    Eigen::ArrayXXf inverse_diagonal;  ///< (num_nodes x 6): 00 10 20 11 21 22
+    float largest = 1.0F;              ///< estimated largest eigenvalue of D^-1 A
     Eigen::VectorXf x, r, step;
 
     [[nodiscard]] int num_nodes() const { return cells->grid.num_nodes(); }
@@ -49,8 +55,10 @@ class Multigrid {
   void precondition_step(Level& level, float keep, float add) const;
   void smooth(Level& level, bool residual_wanted) const;
   void cycle_from(std::size_t index);
-  [[nodiscard]] SolveStatus factorize_coarsest(const std::vector<Eigen::MatrixXd>& matrices);
-  void solve_coarsest(Level& level);
+  [[nodiscard]] std::vector<Eigen::MatrixXd> fine_matrices(const StiffnessCombination& of) const;
+  [[nodiscard]] SparseMatrix assemble_coarsest(const std::vector<Eigen::MatrixXd>& matrices) const;
+  void cycle_coarsest(Level& level);
+  void set_coarsest(const Eigen::VectorXd& x);
 
   const VoxelBody& m_body;
   std::vector<int> m_fine_material;  ///< of each type of m_fine

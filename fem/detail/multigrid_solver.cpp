@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/multigrid_solver.hpp"
 
+#include "fem/detail/thread_limits.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,8 +15,8 @@ VoxelOperator::VoxelOperator(const ElasticBody& body,
                              const StiffnessCombination& of,
                              const Eigen::VectorXd& u)
     : m_body(body), m_voxels(voxels), m_of(of) {
-  const bool deformed = u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 &&
-                        body.model() != ConstitutiveModel::Linear;
+  const bool deformed =
+      u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 && body.model() != ConstitutiveModel::Linear;
   if (deformed) m_u = u;
   m_moduli = voxels.moduli<double>(deformed ? StiffnessCombination{0.0, 0.0, of.mass} : of);
 }
@@ -67,8 +69,8 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
     const Eigen::VectorXd q = (*m_operator)(p);
     const double curvature = p.dot(q);
     if (!(curvature > 0.0) || !(rz > 0.0)) {
-      solution.status = curvature <= 0.0 || rz <= 0.0 ? SolveStatus::NotPositiveDefinite
-                                                      : SolveStatus::Failed;
+      solution.status =
+          curvature <= 0.0 || rz <= 0.0 ? SolveStatus::NotPositiveDefinite : SolveStatus::Failed;
       solution.message = fmt::format(
           "the matrix is not positive definite: iteration {} of the conjugate gradients found "
           "{} of {:.3g}",
@@ -92,11 +94,10 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
   solution.relative_residual = (b - (*m_operator)(x)).norm() / scale;
   if (solution.status == SolveStatus::Ok && !(residual <= m_options.tolerance)) {
     solution.status = SolveStatus::NotConverged;
-    solution.message =
-        fmt::format("the residual is {:.2g} after {} iterations, must be <= {:.2g}",
-                    solution.relative_residual,
-                    solution.iterations,
-                    m_options.tolerance);
+    solution.message = fmt::format("the residual is {:.2g} after {} iterations, must be <= {:.2g}",
+                                   solution.relative_residual,
+                                   solution.iterations,
+                                   m_options.tolerance);
   }
   return solution;
 }
@@ -108,6 +109,7 @@ StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::Matrix
     return worst;
   }
   worst.status = SolveStatus::Ok;
+  const PoliteThreads threads;
   X.resize(B.rows(), B.cols());
   for (int k = 0; k < B.cols(); ++k) {
     Eigen::VectorXd x;

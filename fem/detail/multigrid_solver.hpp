@@ -41,9 +41,7 @@ class MultigridSolver final : public StiffnessSolver {
 
   SolveStatus prepare(const StiffnessCombination& of, const Eigen::VectorXd& u) override;
   StiffnessSolution solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) override;
-  [[nodiscard]] StiffnessSolverKind kind() const override {
-    return StiffnessSolverKind::Multigrid;
-  }
+  [[nodiscard]] StiffnessSolverKind kind() const override { return StiffnessSolverKind::Multigrid; }
   [[nodiscard]] std::string description() const override;
   [[nodiscard]] double memory_bytes() const override;
 

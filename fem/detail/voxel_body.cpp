@@ -201,10 +201,7 @@ CellConstants<Real> VoxelBody::constants(Real scale) const {
 }
 
 template <class Real>
-void VoxelBody::add_product(const CellModuli<Real>& A,
-                            Real scale,
-                            const Real* x,
-                            Real* y) const {
+void VoxelBody::add_product(const CellModuli<Real>& A, Real scale, const Real* x, Real* y) const {
   const CellConstants<Real> common = constants(scale);
   const RowProducts<Real>& products = voxel_kernels().products<Real>(m_enhanced);
   const auto product = A.mu.size() == 0     ? products.mass

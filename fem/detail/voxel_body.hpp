@@ -66,7 +66,7 @@ class VoxelBody {
   template <class Real>
   [[nodiscard]] CellConstants<Real> constants(Real scale) const;
 
-  std::array<int, 3> m_axis = {0, 1, 2};  ///< of the mesh, for each of the grid
+  std::array<int, 3> m_axis = {0, 1, 2};                  ///< of the mesh, for each of the grid
   Eigen::Vector3d m_cell_size = Eigen::Vector3d::Zero();  ///< along the grid's axes [m]
   bool m_enhanced = false;
   CellGrid m_grid;

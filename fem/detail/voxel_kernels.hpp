@@ -14,12 +14,12 @@ struct CellConstants {
 /// (second, third axis) = 00, 10, 01, 11.
 template <class Real>
 struct CellRow {
-  int length = 0;                 ///< cells; each edge has one node more
-  const Real* x[3][4] = {};       ///< [component][edge], first node
-  Real* y[3][4] = {};             ///< what is added to
-  const Real* mu = nullptr;       ///< Lamé's constants times volume / 64, of each cell
+  int length = 0;            ///< cells; each edge has one node more
+  const Real* x[3][4] = {};  ///< [component][edge], first node
+  Real* y[3][4] = {};        ///< what is added to
+  const Real* mu = nullptr;  ///< Lamé's constants times volume / 64, of each cell
   const Real* lambda = nullptr;
-  const Real* mass = nullptr;     ///< of each cell, over 64
+  const Real* mass = nullptr;  ///< of each cell, over 64
 };
 
 /// y += scale A x over a row of cells, A = K + M, K alone or M alone.
