@@ -31,6 +31,9 @@ constexpr int kGuardsPart = 4;  ///< at least one for so many wanted
 constexpr int kRandomGuards = 2;
 /// The block must stay small beside the problem.
 constexpr int kLeastDofsPerVector = 20;
+/// The error's estimate is to stay this far below the tolerance: the next eigenvalue outside of the
+/// block may lie as near to the last one wanted as a hundredth of it.
+constexpr double kGapMargin = 0.01;
 /// Of the start's Ritz values; they err by far more.
 constexpr double kStartTolerance = 1e-4;
 
@@ -172,7 +175,7 @@ Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
     problem.known = rigid;
     LobpcgOptions lobpcg;
     lobpcg.count = num_sought;
-    lobpcg.tolerance = options.tolerance;
+    lobpcg.tolerance = kGapMargin * options.tolerance;
     lobpcg.progress = [&](int iteration, double) {
       report_progress(options.progress,
                       {"finding eigenmodes", static_cast<double>(iteration), 0.0});

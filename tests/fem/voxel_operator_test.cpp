@@ -17,14 +17,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::random_vector;
 
-/// The L-rig of two materials in cells whose sides differ; 18 cells along the rows.
+Rig step_rig() {
+  return test::make_rig({test::box_mm({0, 0, 0}, {13, 4, 2}), test::box_mm({9, 1, 2}, {13, 4, 7})},
+                        {test::box_mm({0, 0, 0}, {0, 4, 2})});
+}
+
+/// A step of two materials in cells whose sides differ.
 struct Bodies {
   HexMesh mesh;
   ElasticBody body;
   FreeDofs free;
 };
-Bodies two_materials(double dx_m = 1.5e-3) {
-  Rig rig = test::l_rig();
+Bodies two_materials() {
+  const double dx_m = 1e-3;
+  Rig rig = step_rig();
   rig.materials.push_back(rig.materials.front());
   rig.materials.back().name = "other";
   rig.parts[1].material = "other";
@@ -43,7 +49,8 @@ Bodies two_materials(double dx_m = 1.5e-3) {
 }
 
 SparseMatrix assembled(const Bodies& at, const StiffnessCombination& of) {
-  SparseMatrix A = of.stiffness * at.body.stiffness({}) + of.damping * at.body.stiffness_damping({});
+  SparseMatrix A =
+      of.stiffness * at.body.stiffness({}) + of.damping * at.body.stiffness_damping({});
   A += of.mass * at.body.mass();
   return at.free.restrict_matrix(A);
 }
@@ -65,7 +72,7 @@ TEST(VoxelOperator, EqualsTheAssembledMatrix) {
 }
 
 TEST(VoxelOperator, TakesTheStiffnessWhereTheBodyIs) {
-  const Bodies at = two_materials(3e-3);
+  const Bodies at = two_materials();
   const VectorXd u = random_vector(at.mesh.num_dofs(), 1e-4, 5);
   const VectorXd x = random_vector(at.free.size(), 1.0, 3);
   const VoxelBody voxels(at.body, at.free);
@@ -123,10 +130,10 @@ TEST(VoxelOperator, IsTheSameInSinglePrecisionAndOnEveryInstructionSet) {
 }
 
 TEST(VoxelOperator, NamesWhatIsNoGrid) {
-  EXPECT_EQ(voxel_fault(mesh_part(test::l_rig(), 3e-3, ElementKind::Hex8)), "");
-  EXPECT_NE(voxel_fault(mesh_part(test::l_rig(), 3e-3, ElementKind::Hex20)), "");
+  EXPECT_EQ(voxel_fault(mesh_part(step_rig(), 1e-3, ElementKind::Hex8)), "");
+  EXPECT_NE(voxel_fault(mesh_part(step_rig(), 1e-3, ElementKind::Hex20)), "");
   EXPECT_NE(voxel_fault(test::distorted_mesh(ElementKind::Hex8, 1e-3)), "");
-  HexMesh split = mesh_part(test::l_rig(), 3e-3, ElementKind::Hex8);
+  HexMesh split = mesh_part(step_rig(), 1e-3, ElementKind::Hex8);
   split.nodes.conservativeResize(3, split.nodes.cols() + 1);
   split.nodes.rightCols<1>() = split.nodes.col(split.elements(6, 5));
   split.elements(6, 5) = split.num_nodes() - 1;  // a crack
@@ -174,8 +181,8 @@ TypedGrid odd_grid() {
     places.insert(places.end(), {x, y, z});
   }
   TypedGrid fine;
-  fine.grid = CellGrid(Eigen::Map<Eigen::Matrix3Xi>(
-      places.data(), 3, static_cast<Eigen::Index>(places.size() / 3)));
+  fine.grid = CellGrid(
+      Eigen::Map<Eigen::Matrix3Xi>(places.data(), 3, static_cast<Eigen::Index>(places.size() / 3)));
   fine.held.assign(static_cast<std::size_t>(3 * fine.grid.num_nodes()), 0);
   for (const std::size_t dof : {0U, 7U, 100U}) fine.held[dof] = 1;
   fine.type.resize(fine.grid.num_cells());
