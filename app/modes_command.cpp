@@ -95,7 +95,7 @@ void add_modes_command(CLI::App& cli) {
   auto command = std::make_shared<ModesCommand>();
   sub->add_option("rig", command->rig, "rig file (*.toml)")->required();
   sub->add_option("--dx", command->dx_mm, "cell size [mm]")->required();
-  sub->add_option("--element", command->element, "hex8 or hex20")->capture_default_str();
+  sub->add_option("--element", command->element, "hex8, hex20 or hex8e")->capture_default_str();
   sub->add_option("--count", command->count, "number of modes")->capture_default_str();
   sub->add_option("--vtu", command->vtu, "folder for the mode shapes (*.vtu)");
   sub->add_option(

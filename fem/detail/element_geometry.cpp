@@ -52,6 +52,14 @@ bool all_congruent(const HexMesh& mesh) {
   return true;
 }
 
+/// j0 J0^-T xi_i e_i, the enhanced gradients times the Jacobian's determinant there.
+Eigen::Matrix3d internal_gradients(ElementKind kind,
+                                   const Eigen::Matrix3Xd& X,
+                                   const Eigen::Vector3d& xi) {
+  const Eigen::Matrix3d middle = X * shape_gradients(kind, Eigen::Vector3d::Zero()).transpose();
+  return middle.determinant() * middle.transpose().inverse() * Eigen::Matrix3d(xi.asDiagonal());
+}
+
 }  // namespace
 
 ElementGeometry::ElementGeometry(const HexMesh& mesh) : m_kind(mesh.kind) {
@@ -60,11 +68,12 @@ ElementGeometry::ElementGeometry(const HexMesh& mesh) : m_kind(mesh.kind) {
   m_congruent = all_congruent(mesh);
   const Quadrature& rule = quadrature(m_kind);
   const auto num_points = rule.points.size();
-  const auto num_nodes = static_cast<std::size_t>(nodes_per_element(m_kind));
+  const auto num_gradients =
+      static_cast<std::size_t>(nodes_per_element(m_kind) + num_internal_modes(m_kind));
   const auto batch_size = static_cast<std::size_t>(m_congruent ? 1 : kLanes);
   const auto num_tables = static_cast<std::size_t>(m_congruent ? 1 : m_num_batches);
   m_weights.resize(num_tables * num_points * batch_size);
-  m_gradients.resize(m_weights.size() * num_nodes * 3);
+  m_gradients.resize(m_weights.size() * num_gradients * 3);
   std::vector<Eigen::Matrix3Xd> reference;
   for (const auto& xi : rule.points) reference.push_back(shape_gradients(m_kind, xi));
 
@@ -82,12 +91,16 @@ ElementGeometry::ElementGeometry(const HexMesh& mesh) : m_kind(mesh.kind) {
             element,
             volume));
       }
-      const Eigen::Matrix3Xd dN = jacobian.transpose().inverse() * reference[g];
+      Eigen::Matrix3Xd dN(3, num_gradients);
+      dN.leftCols(X.cols()) = jacobian.transpose().inverse() * reference[g];
+      if (dN.cols() > X.cols()) {
+        dN.rightCols<3>() = internal_gradients(m_kind, X, rule.points[g]) / volume;
+      }
       const std::size_t at = (slot / batch_size) * num_points + g;
       const std::size_t lane = slot % batch_size;
       m_weights[at * batch_size + lane] = volume * rule.weights[g];
-      for (std::size_t i = 0; i < num_nodes * 3; ++i) {
-        m_gradients[(at * num_nodes * 3 + i) * batch_size + lane] = dN.data()[i];
+      for (std::size_t i = 0; i < num_gradients * 3; ++i) {
+        m_gradients[(at * num_gradients * 3 + i) * batch_size + lane] = dN.data()[i];
       }
     }
   }

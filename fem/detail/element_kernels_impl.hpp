@@ -33,6 +33,7 @@ struct Size {
 };
 using Hex8 = Size<8, 8>;
 using Hex20 = Size<20, 27>;
+using Hex8e = Size<11, 8>;  ///< eight nodes and three internal modes that move as nodes do
 
 /// dN/dx and weights; broadcast where the elements are congruent.
 template <class Element, bool Congruent>
@@ -356,45 +357,13 @@ void tangent_kernel(const ElementBatch& batch, double* result) {
   }
 }
 
-template <class Element, class Model>
-ElementKernels kernels_of() {
-  return {
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return energy_kernel<Element, Model, true>(batch, result);
-        energy_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return force_kernel<Element, Model, true>(batch, result);
-        force_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return product_kernel<Element, Model, true>(batch, result);
-        product_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return tangent_kernel<Element, Model, true>(batch, result);
-        tangent_kernel<Element, Model, false>(batch, result);
-      },
-  };
-}
-
-template <class Element>
-ElementKernels kernels_of(ConstitutiveModel model) {
-  switch (model) {
-    case ConstitutiveModel::NeoHookean:
-      return kernels_of<Element, NeoHookean>();
-    case ConstitutiveModel::SaintVenantKirchhoff:
-      return kernels_of<Element, SaintVenantKirchhoff>();
-    case ConstitutiveModel::Linear:
-      break;
-  }
-  return kernels_of<Element, Linear>();
-}
+#include "fem/detail/element_dispatch_impl.hpp"
 
 }  // namespace
 
 ElementKernels kernels(ElementKind kind, ConstitutiveModel model) {
-  return kind == ElementKind::Hex8 ? kernels_of<Hex8>(model) : kernels_of<Hex20>(model);
+  if (kind == ElementKind::Hex8) return kernels_of<Hex8>(model);
+  return kind == ElementKind::Hex20 ? kernels_of<Hex20>(model) : kernels_of<Hex8e>(model);
 }
 
 }  // namespace twang::TWANG_KERNEL_NAMESPACE

@@ -89,7 +89,7 @@ VoxelBody::VoxelBody(const ElasticBody& body, const FreeDofs& free) : m_num_free
   const Eigen::Matrix3Xi mesh_places = places_on_grid(mesh);
   const Eigen::Matrix3Xi mesh_cells = cells_on_grid(mesh, mesh_places);
   m_axis = choose_axes(mesh_cells);
-  m_enhanced = mesh.kind != ElementKind::Hex8;
+  m_enhanced = mesh.kind == ElementKind::Hex8e;
   const Eigen::Vector3d size = first_cell_size(mesh);
   for (int a = 0; a < 3; ++a) m_cell_size[a] = size[m_axis[static_cast<std::size_t>(a)]];
   const Eigen::Matrix3Xi cells = permuted(mesh_cells, m_axis);
