@@ -8,14 +8,22 @@
 
 namespace twang {
 
-/// hex8: trilinear, 2 x 2 x 2 Gauss points. hex20: serendipity, 3 x 3 x 3 Gauss points. hex8e: the
-/// nodes, functions and points of hex8 with three internal modes that enhance its deformation
-/// gradient [Simo & Rifai 1990; Simo & Armero 1992], so that it bends without shear,
+/// hex8: trilinear, 2 x 2 x 2 Gauss points. hex20: serendipity, 3 x 3 x 3 Gauss points.
+///
+/// hex8e: the nodes, functions and points of hex8, and three internal modes that enhance its
+/// deformation gradient [Simo & Rifai 1990; Simo & Armero 1992], so that it bends without shear,
 ///
 ///     F = 1 + grad u + sum_i alpha_i ⊗ g_i,   g_i = (j0 / j) J0^-T xi_i e_i
 ///
 /// with J the Jacobian, j its determinant and 0 the element's middle; each element's alpha minimize
-/// its energy.
+/// its energy. What lambda multiplies is summed over the middles of the six faces instead, which is
+/// exact for dilatations linear in xi and does not see bilinear ones: nu near 0.5 does not lock it.
+/// There grad N is shifted by a constant, so that its mean is the true one (the patch test).
+///
+/// Under large strain alpha is found anew at every displacement. Where the strain has lost its
+/// stability, and alpha no minimum, the energy is infinite, as of an element inside out: the
+/// neo-Hookean model stands a compression to a tenth, Saint Venant-Kirchhoff material of nu 0.45 not
+/// one to 0.9 if it is held laterally.
 enum class ElementKind { Hex8, Hex20, Hex8e };
 
 [[nodiscard]] std::string_view to_string(ElementKind kind);

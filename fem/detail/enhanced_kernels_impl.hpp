@@ -15,8 +15,8 @@ constexpr int kMaxHalvings = 12;
 /// Newton's decrement over mu times volume, a squared strain, below which a step is the last: what
 /// remains is its square.
 constexpr double kLastDecrement = 1e-20;
-/// Above it a step must not raise the energy; below it the energy's round-off would decide.
-constexpr double kCheckedDecrement = 1e-10;
+/// Above it, strains of a percent, a step must not raise the energy.
+constexpr double kCheckedDecrement = 1e-4;
 
 /// All degrees of freedom of the element, [node][xyz][lane], and the factor of K_aa.
 struct Inner {
@@ -124,7 +124,7 @@ void find_inner(const ElementBatch& batch, Inner& inner) {
   ElementBatch all = batch;
   all.u = inner.z;
   Vec scale = {};
-  for (int g = 0; g < Hex8e::points; ++g) {
+  for (int g = 0; g < Hex8e::split; ++g) {
     typename Geometry<Hex8e, Congruent>::Scalar weight;
     geometry.weight(g, weight);
     scale += weight;
@@ -165,6 +165,17 @@ void find_inner(const ElementBatch& batch, Inner& inner) {
   }
 }
 
+/// As find_inner, with the factor of K_aa there. A linear element's is the same everywhere.
+template <class Model, bool Congruent>
+void factorize_at_minimum(const ElementBatch& batch, Inner& inner) {
+  if constexpr (Model::is_linear) {
+    for (double& value : inner.z) value = 0.0;
+  } else {
+    find_inner<Model, Congruent>(batch, inner);
+  }
+  factorize_at<Model, Congruent>(batch, inner);
+}
+
 template <class Model, bool Congruent>
 void condensed_energy(const ElementBatch& batch, double* result) {
   Inner inner;
@@ -191,9 +202,7 @@ void condensed_force(const ElementBatch& batch, double* result) {
 template <class Model, bool Congruent>
 void condensed_product(const ElementBatch& batch, double* result) {
   Inner inner;
-  // A linear element's K_aa is the same everywhere, and factorized on the way.
-  find_inner<Model, Congruent>(batch, inner);
-  if constexpr (!Model::is_linear) factorize_at<Model, Congruent>(batch, inner);
+  factorize_at_minimum<Model, Congruent>(batch, inner);
   double w[(kOuter + kInner) * kLanes], product[(kOuter + kInner) * kLanes];
   for (int i = 0; i < kOuter * kLanes; ++i) w[i] = batch.w[i];
   for (int i = kOuter * kLanes; i < (kOuter + kInner) * kLanes; ++i) w[i] = 0.0;
@@ -216,8 +225,7 @@ void condensed_product(const ElementBatch& batch, double* result) {
 template <class Model, bool Congruent>
 void condensed_tangent(const ElementBatch& batch, double* result) {
   Inner inner;
-  find_inner<Model, Congruent>(batch, inner);
-  if constexpr (!Model::is_linear) factorize_at<Model, Congruent>(batch, inner);
+  factorize_at_minimum<Model, Congruent>(batch, inner);
   ElementBatch all = batch;
   all.u = inner.z;
   constexpr int kPairs = Hex8e::nodes * (Hex8e::nodes + 1) / 2;

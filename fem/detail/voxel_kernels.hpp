@@ -47,7 +47,7 @@ struct DenseRow {
 /// On a box the trilinear functions 1, x, y, z, xy, yz, zx, xyz are orthogonal, and so stiffness
 /// and mass fall apart into small blocks between them; sums and differences lead from nodes to
 /// them and back. `enhanced` means hex8e: its internal modes take the shear of bending away and
-/// leave the lateral strain free.
+/// leave the lateral strain free, and lambda does not see bilinear dilatation.
 struct VoxelKernels {
   RowProducts<double> hex8_double, hex8e_double;
   RowProducts<float> hex8_float, hex8e_float;

@@ -140,7 +140,8 @@ TWANG_INLINE void add_stiffness(const CellConstants<Real>& constants,
   for (int l = 0; l < 3; ++l) {
     const Real own = g[l] * g[l];
     const Real others = g[(l + 1) % 3] * g[(l + 1) % 3] + g[(l + 2) % 3] * g[(l + 2) % 3];
-    f[l][7] += kSquare<Real>[2] * (own * (two_mu + moduli.lambda) + others * moduli.mu) * t[l][7];
+    const Vec stiff = Enhanced ? two_mu : Vec(two_mu + moduli.lambda);
+    f[l][7] += kSquare<Real>[2] * (own * stiff + others * moduli.mu) * t[l][7];
   }
 }
 

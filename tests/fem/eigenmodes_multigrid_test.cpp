@@ -98,6 +98,14 @@ TEST(EigenmodesByMultigrid, FreeBodiesHaveSixZeroModesKeptOutExactly) {
   EXPECT_EQ(few.lambda_per_s2.norm(), 0.0);
 }
 
+TEST(EigenmodesByMultigrid, EqualThoseByFactorOfEnhancedElements) {
+  HexMesh mesh = mesh_part(leaf_rig(), 1.0, ElementKind::Hex8e);
+  const FreeDofs free(mesh.num_nodes(), clamped_nodes(mesh, leaf_rig()));
+  expect_as_by_factor(ElasticBody(mesh, {elastic(1, 0.45, 1), elastic(20, 0.2, 1)}), free, 5);
+  for (int axis = 0; axis < 3; ++axis) mesh.nodes.row(axis) *= 1.0 + 0.4 * axis;
+  expect_as_by_factor(ElasticBody(mesh, {elastic(1, 0.499, 1), elastic(1, 0.499, 1)}), free, 5);
+}
+
 TEST(EigenmodesByMultigrid, FindBothBendingsOfASquareBar) {
   const Rig rig = test::make_rig({Box{{0, 0, 0}, {14, 3, 3}}}, {Box{{0, 0, 0}, {0, 3, 3}}});
   const HexMesh mesh = mesh_part(rig, 1.0, ElementKind::Hex8);

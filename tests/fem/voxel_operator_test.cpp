@@ -28,19 +28,19 @@ struct Bodies {
   ElasticBody body;
   FreeDofs free;
 };
-Bodies two_materials() {
+Bodies two_materials(ElementKind kind = ElementKind::Hex8) {
   const double dx_m = 1e-3;
   Rig rig = step_rig();
   rig.materials.push_back(rig.materials.front());
   rig.materials.back().name = "other";
   rig.parts[1].material = "other";
-  HexMesh mesh = mesh_part(rig, dx_m, ElementKind::Hex8);
+  HexMesh mesh = mesh_part(rig, dx_m, kind);
   for (int axis = 0; axis < 3; ++axis) mesh.nodes.row(axis) *= 1.0 + 0.3 * axis;
   ElasticMaterial soft = test::elastic(1e9, 0.45, 1205);
   ElasticMaterial stiff = test::elastic(7e10, 0.2, 2700);
   soft.damping_stiffness_b_s = 2e-4;
   stiff.damping_stiffness_b_s = 1e-5;
-  std::vector<int> held = clamped_nodes(mesh_part(rig, dx_m, ElementKind::Hex8), rig);
+  std::vector<int> held = clamped_nodes(mesh_part(rig, dx_m, kind), rig);
   std::vector<int> dofs;
   for (const int node : held) dofs.insert(dofs.end(), {3 * node, 3 * node + 1, 3 * node + 2});
   dofs.push_back(3 * (mesh.num_nodes() - 1) + 1);  // a roller
@@ -55,8 +55,14 @@ SparseMatrix assembled(const Bodies& at, const StiffnessCombination& of) {
   return at.free.restrict_matrix(A);
 }
 
-TEST(VoxelOperator, EqualsTheAssembledMatrix) {
-  Bodies at = two_materials();
+class VoxelOperatorOf : public ::testing::TestWithParam<ElementKind> {};
+INSTANTIATE_TEST_SUITE_P(Elements,
+                         VoxelOperatorOf,
+                         ::testing::Values(ElementKind::Hex8, ElementKind::Hex8e),
+                         [](const auto& at) { return std::string(to_string(at.param)); });
+
+TEST_P(VoxelOperatorOf, EqualsTheAssembledMatrix) {
+  Bodies at = two_materials(GetParam());
   at.body.add_point_mass(locate(at.mesh, at.mesh.nodes.rowwise().maxCoeff()), 0.1);
   const VectorXd x = random_vector(at.free.size(), 1.0, 3);
   const VoxelBody voxels(at.body, at.free);
