@@ -30,6 +30,9 @@ using detail::ResidualSums;
 
 constexpr int kMostParameters = detail::kMostColumns;
 constexpr int kMostIterations = 25;
+// An alignment of a marker of known size that will come to its end has small steps by then, that is
+// below kNear_px; of a marker that is not there, or blurred otherwise, it wanders about.
+constexpr int kSettled = 8;
 constexpr double kConverged_px = 1e-3;  // last step
 // Where the size is known, convergence is all but quadratic.
 constexpr double kAlmostThere_px = 0.01;
@@ -49,7 +52,8 @@ constexpr double kTaper_px = 1.0;
 // Slope below which a pixel lies on plain ink or paper [contrasts/px].
 constexpr double kFlat = 0.02;
 constexpr double kFewestFlat = 40.0;
-constexpr float kCounts = 0.7F;  // root of the weight of a pixel that is judged
+constexpr float kCounts = 0.7F;        // root of the weight of a pixel that is judged
+constexpr double kSteadyLight = 0.05;  // of the contrast: its last step
 // Between samples of the path of motion, in standard deviations of lens and pixel: the ripple that
 // is left on an edge, 2 exp(−2π²/spacing²), is under 1 % of one sample's share.
 constexpr double kPathSpacing = 1.9;
@@ -96,6 +100,12 @@ struct Layout {
   }
 };
 
+/// Kept from one alignment to the next: arrays of that size are dear to have and to give back.
+AlignmentWorkspace& workspace_of_thread() {
+  thread_local AlignmentWorkspace workspace;
+  return workspace;
+}
+
 /// The rectangle of pixels that a marker's window can touch, cut to the picture.
 class Alignment {
  public:
@@ -134,7 +144,7 @@ class Alignment {
   double m_taper = 0.0;
   Eigen::Matrix2d m_window_shape;  // px from the window's units, as the marker was at the start
   AlignmentWindow m_window;
-  AlignmentWorkspace m_workspace;
+  AlignmentWorkspace& m_workspace = workspace_of_thread();
   Eigen::Vector4d m_light = Eigen::Vector4d::Zero();  // ink, contrast, slopes
   NormalMatrix m_normal;
   Parameters m_gradient;
@@ -262,6 +272,9 @@ void Alignment::apply(const Parameters& delta) {
     placement.motion_px *= std::clamp(wished / length, 0.5, 2.0);
   }
   m_light += delta.segment<4>(m_layout.light);
+  m_result.light = m_light;
+  m_result.contrast = m_light[1];
+  m_result.turn_rad = m_turn;
 }
 
 /// One Gauss-Newton step, shortened where it would leave the neighbourhood in which it holds.
@@ -313,9 +326,6 @@ void Alignment::judge(const Parameters& step) {
   const double spread_model = sums.model_model - sums.model * sums.model / sums.count;
   const double product = (sums.grey_model - sums.grey * sums.model / sums.count) /
                          std::sqrt(spread_grey * spread_model);
-  m_result.contrast = m_light[1];
-  m_result.ink = m_light[0];
-  m_result.turn_rad = m_turn;
   m_result.score = std::isfinite(product) ? (m_light[1] > 0.0 ? product : -product) : 0.0;
 }
 
@@ -323,7 +333,11 @@ MarkerAlignment Alignment::run() {
   const MarkerPlacement start = m_result.placement;
   m_rough = m_layout.motion >= 0;
   if (!sample_model()) return m_result;
-  find_light();
+  if (m_options.light) {
+    m_light = *m_options.light;
+  } else {
+    find_light();
+  }
   const double enough_px = m_layout.num_shape > 1 ? kConverged_px : kAlmostThere_px;
   for (int i = 0; i < kMostIterations; ++i) {
     accumulate();
@@ -332,13 +346,15 @@ MarkerAlignment Alignment::run() {
     double moved_px = kInfinity;
     bool whole = false;
     if (!solve(delta, moved_px, whole)) return m_result;
-    if (whole && moved_px <= enough_px && !m_rough) {
+    const bool lit = std::abs(delta[m_layout.light + 1]) < kSteadyLight * std::abs(m_light[1]);
+    if (whole && lit && moved_px <= enough_px && !m_rough) {
       judge(delta);
       apply(delta);
       m_result.converged =
           std::isfinite(m_result.sigma_px) && std::abs(m_result.contrast) >= kLeastContrast;
       return m_result;
     }
+    if (i >= kSettled && moved_px > kNear_px && m_layout.num_shape <= 1) return m_result;
     apply(delta);
     m_rough = m_rough && moved_px > kNear_px;
     const MarkerPlacement& now = m_result.placement;

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include <optional>
+
 namespace twang {
 
 /// Where and how a marker lies in a picture.
@@ -31,6 +33,8 @@ struct AlignOptions {
   bool fit_shape = false;    ///< size and slant too (then the turn is part of it)
   bool fit_motion = false;   ///< length of the motion blur along `motion_px`, which must not be 0
   double farthest_px = 1e9;  ///< gives up farther than this from the start [px]
+  std::optional<Eigen::Vector4d> light =
+      {};  ///< o, g, g_x, g_y to start from, of a picture alike; absent: found first [grey levels]
 };
 
 /// A marker found to a fraction of a pixel.
@@ -41,8 +45,8 @@ struct MarkerAlignment {
   double sigma_px = 0.0;   ///< one standard deviation of one coordinate, see `align_marker` [px]
   double score = 0.0;      ///< correlation of picture and model over the marker, -1..1 [-]
   double contrast = 0.0;   ///< paper over ink [grey levels]
-  double ink = 0.0;        ///< brightness of the ink [grey levels]
-  double residual = 0.0;   ///< rms difference of picture and model [grey levels]
+  Eigen::Vector4d light = Eigen::Vector4d::Zero();  ///< o, g, g_x, g_y [grey levels]
+  double residual = 0.0;  ///< rms difference of picture and model [grey levels]
 };
 
 /// Finds a marker to a fraction of a pixel by Gauss-Newton on its known ideal picture.

@@ -2,6 +2,7 @@
 #include "capture/find_layout.hpp"
 
 #include "capture/detail/check_layout.hpp"
+#include "capture/detail/in_parallel.hpp"
 #include "capture/detail/marker_candidates.hpp"
 #include "capture/detail/match_constellation.hpp"
 #include "capture/detail/place_patches.hpp"
@@ -28,10 +29,6 @@ using detail::LayoutMarker;
 using detail::MarkerCandidate;
 
 constexpr double kMostTurn_rad = 30.0 * kRadiansPerDegree;
-// One sigma of where a moving marker may stand: half the release, any direction, or without one
-// this part of the layout's extent.
-constexpr double kLooseOfRelease = 0.5;
-constexpr double kLooseOfExtent = 0.075;
 // A stated start is within this part of the picture's longer side of anything that bears on it.
 constexpr double kStartNeighbourhood = 0.12;
 // A stated start lies on its marker or at most so far beside its centre.
@@ -56,19 +53,28 @@ class LayoutSearch {
                const std::map<std::string, Eigen::Vector2d>& start_px,
                const std::string& film,
                const std::string& picture)
-      : m_frame(frame), m_rig(rig), m_starts(start_px), m_film(film), m_picture(picture) {}
+      : m_frame(frame),
+        m_rig(rig),
+        m_starts(start_px),
+        m_film(film),
+        m_picture(picture),
+        m_markers(detail::layout_markers(rig)) {
+    for (const MarkerPattern& pattern : patterns()) m_fitters.try_emplace(pattern, frame);
+  }
 
   PartialLayout run();
 
  private:
   [[nodiscard]] std::vector<MarkerPattern> patterns() const;
-  void describe_markers();
-  void gather_candidates();
+  [[nodiscard]] std::vector<Constellation> match();
   bool place_starts();
   int candidate_near(const MarkerPattern& pattern, const Eigen::Vector2d& start);
   void report_missing(std::size_t marker);
   void report_ambiguous(const std::vector<Constellation>& choices);
   void fit(const Constellation& found);
+  std::optional<FittedMarker> fit_at(const MarkerPattern& pattern,
+                                     const MarkerPlacement& place,
+                                     double size_px);
   void look_closer();
   void drop_strangers();
   [[nodiscard]] bool enough() const;
@@ -79,8 +85,9 @@ class LayoutSearch {
   const std::map<std::string, Eigen::Vector2d>& m_starts;
   const std::string& m_film;
   const std::string& m_picture;
-  detail::TemplateStore m_templates;
   std::vector<LayoutMarker> m_markers;
+  detail::TemplateStore m_templates;
+  std::map<MarkerPattern, MarkerFitter> m_fitters;
   std::vector<MarkerCandidate> m_candidates;
   PartialLayout m_layout;
 };
@@ -89,30 +96,6 @@ std::vector<MarkerPattern> LayoutSearch::patterns() const {
   std::set<MarkerPattern> patterns;
   for (const LayoutMarker& marker : m_markers) patterns.insert(marker.pattern);
   return {patterns.begin(), patterns.end()};
-}
-
-void LayoutSearch::describe_markers() {
-  const Camera& camera = *m_rig.camera;
-  double extent = 0.0;
-  for (const Marker& a : m_rig.markers) {
-    for (const Marker& b : m_rig.markers) {
-      extent = std::max(
-          extent, (plane_position(camera, a.position) - plane_position(camera, b.position)).norm());
-    }
-  }
-  for (const Marker& marker : m_rig.markers) {
-    LayoutMarker described{MarkerPattern(marker)};
-    described.rest = plane_position(camera, marker.position);
-    described.size_m = marker.size_m;
-    described.fixed = marker.fixed;
-    if (!marker.fixed && m_rig.release && m_rig.release->displacement) {
-      described.reach = plane_position(camera, *m_rig.release->displacement);
-      described.loose = kLooseOfRelease * described.reach.norm();
-    } else if (!marker.fixed) {
-      described.loose = kLooseOfExtent * extent;
-    }
-    m_markers.push_back(described);
-  }
 }
 
 /// The candidate that a stated start means: the nearest of its kind whose marker covers the place,
@@ -129,13 +112,6 @@ int LayoutSearch::candidate_near(const MarkerPattern& pattern, const Eigen::Vect
     nearest = static_cast<int>(c);
   }
   return nearest;
-}
-
-/// In the whole picture, unless all places are stated.
-void LayoutSearch::gather_candidates() {
-  if (m_starts.size() == m_rig.markers.size()) return;
-  m_candidates = detail::find_candidates(
-      m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
 }
 
 /// Finds the candidates that are meant by the stated places; false if there is none.
@@ -225,17 +201,26 @@ double LayoutSearch::due_size_px(std::size_t marker) const {
   return m.size_m * std::sqrt(std::abs(area));
 }
 
+/// What stands there, if it is a marker at all.
+std::optional<FittedMarker> LayoutSearch::fit_at(const MarkerPattern& pattern,
+                                                 const MarkerPlacement& place,
+                                                 double size_px) {
+  FittedMarker fitted = m_fitters.at(pattern).fit(pattern, place, 0.5 * size_px + 1.0);
+  if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) return std::nullopt;
+  return fitted;
+}
+
 void LayoutSearch::fit(const Constellation& found) {
   m_layout.px_from_plane = found.px_from_plane;
   m_layout.markers.resize(m_markers.size());
-  for (std::size_t i = 0; i < m_markers.size(); ++i) {
-    if (found.candidate[i] < 0) continue;
-    const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
-    FittedMarker fitted =
-        fit_marker(m_frame, candidate.pattern, candidate.placement, 0.5 * candidate.size_px + 1.0);
-    if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
-    m_layout.markers[i] = std::move(fitted);
-  }
+  const std::vector<MarkerPattern> kinds = patterns();
+  detail::for_each_in_parallel(kinds.size(), [&](std::size_t kind) {
+    for (std::size_t i = 0; i < m_markers.size(); ++i) {
+      if (found.candidate[i] < 0 || m_markers[i].pattern != kinds[kind]) continue;
+      const auto& candidate = m_candidates[static_cast<std::size_t>(found.candidate[i])];
+      m_layout.markers[i] = fit_at(candidate.pattern, candidate.placement, candidate.size_px);
+    }
+  });
 }
 
 /// A marker that no blob showed (it touches something dark) is sought where the others put it.
@@ -266,12 +251,10 @@ void LayoutSearch::look_closer() {
                                 0.5 * size_px;
           });
       if (taken) continue;
-      FittedMarker fitted = fit_marker(m_frame,
-                                       marker.pattern,
-                                       {peak.position_px, due.px_from_pattern, due.motion_px},
-                                       0.5 * size_px + 1.0);
-      if (!fitted.alignment.converged || fitted.alignment.score < kLeastFinalScore) continue;
-      if (!m_layout.markers[i] || fitted.alignment.score > m_layout.markers[i]->alignment.score) {
+      std::optional<FittedMarker> fitted =
+          fit_at(marker.pattern, {peak.position_px, due.px_from_pattern, due.motion_px}, size_px);
+      if (fitted && (!m_layout.markers[i] ||
+                     fitted->alignment.score > m_layout.markers[i]->alignment.score)) {
         m_layout.markers[i] = std::move(fitted);
       }
     }
@@ -324,16 +307,33 @@ bool LayoutSearch::enough() const {
   return found == all || (2 * found >= all && (found >= 3 || (fixed >= 2 && found_fixed == fixed)));
 }
 
-PartialLayout LayoutSearch::run() {
-  describe_markers();
-  m_layout.markers.resize(m_markers.size());
-  gather_candidates();
-  if (!place_starts()) {
-    m_layout.hopeless = true;
-    return std::move(m_layout);
+/// The constellations that fit about as well as the best: first among large candidates, and unless
+/// these are all markers, among all. None if a stated place has no candidate (`problem` says so).
+std::vector<Constellation> LayoutSearch::match() {
+  detail::CandidateSearch search(
+      m_frame, patterns(), {0, 0, m_frame.width_px, m_frame.height_px}, m_templates);
+  const bool all_stated = m_starts.size() == m_rig.markers.size();
+  std::vector<Constellation> choices;
+  for (const bool small : {false, true}) {
+    if (!all_stated) small ? search.look_for_small() : search.look_for_large();
+    m_candidates = search.found();
+    m_layout.problem.clear();
+    m_layout.hopeless = !place_starts();
+    choices.clear();
+    if (!m_layout.hopeless) {
+      choices = detail::match_constellation(m_markers, m_candidates, kMostTurn_rad).about_as_good;
+    }
+    const bool complete =
+        choices.size() == 1 && choices.front().num_matched == static_cast<int>(m_markers.size());
+    if (complete || all_stated) break;
   }
-  const auto choices =
-      detail::match_constellation(m_markers, m_candidates, kMostTurn_rad).about_as_good;
+  return choices;
+}
+
+PartialLayout LayoutSearch::run() {
+  m_layout.markers.resize(m_markers.size());
+  const std::vector<Constellation> choices = match();
+  if (m_layout.hopeless) return std::move(m_layout);
   if (choices.empty()) {
     report_missing(0);
     return std::move(m_layout);

@@ -6,21 +6,55 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
-#include <vector>
 
 namespace twang {
 namespace {
 
-constexpr double kFirstBlur_px = 0.7;
 // Blurs tried, a third apart; about the least residual a parabola tells more.
 constexpr std::array kBlurs_px = {0.0, 0.3, 0.45, 0.6, 0.8, 1.05, 1.4, 1.9, 2.5, 3.3};
-constexpr int kUsualBlur = 3;  // of these; the search starts there
+constexpr std::size_t kUsualBlur = 3;  // of these; the first search starts there
+// What the parabola tells is rounded to so much, far below what a place depends on: markers that
+// look alike then share one drawing, which following them finds in the processor's cache.
+constexpr double kBlurStep_px = 0.05;
 // A blur beyond this part of the size leaves nothing of the pattern.
 constexpr double kWidestBlur = 0.2;
-// A marker is drawn anew if the size found is another than the one it was drawn at [-].
+// A drawing serves all markers whose size differs by no more [-].
 constexpr double kSameSize = 0.005;
+
+}  // namespace
+
+namespace detail {
+
+/// A marker of one size, and its templates by their blur.
+class MarkerDrawing {
+ public:
+  MarkerDrawing(const MarkerPattern& pattern, double size_px) : m_sharp(pattern, size_px) {}
+
+  [[nodiscard]] bool serves(const MarkerPattern& pattern, double size_px) const {
+    return m_sharp.pattern() == pattern && std::abs(size_px / m_sharp.size_px() - 1.0) <= kSameSize;
+  }
+  [[nodiscard]] const MarkerTemplate& blurred(double blur_px) {
+    auto place = m_templates.find(blur_px);
+    if (place == m_templates.end()) {
+      place = m_templates.emplace(blur_px, MarkerTemplate(m_sharp, blur_px)).first;
+    }
+    return place->second;
+  }
+  [[nodiscard]] double size_px() const { return m_sharp.size_px(); }
+
+ private:
+  SharpMarker m_sharp;
+  std::map<double, MarkerTemplate> m_templates;
+};
+
+}  // namespace detail
+
+namespace {
+
+using detail::MarkerDrawing;
 
 /// A blur and the mean square residual it leaves.
 struct Trial {
@@ -31,20 +65,20 @@ struct Trial {
 class BlurSearch {
  public:
   BlurSearch(const LumaFrame& frame,
-             const SharpMarker& sharp,
+             MarkerDrawing& drawing,
              const MarkerPlacement& start,
              const AlignOptions& options)
-      : m_frame(frame), m_sharp(sharp), m_start(start), m_options(options) {}
+      : m_frame(frame), m_drawing(drawing), m_start(start), m_options(options) {}
 
   /// The best of all, if there was any to be aligned.
-  std::optional<FittedMarker> run();
+  std::optional<FittedMarker> run(std::size_t first_blur);
 
  private:
   bool attempt(double blur_px);
-  void walk(int from, int step);
+  void walk(std::size_t from, int step);
 
   const LumaFrame& m_frame;
-  const SharpMarker& m_sharp;
+  MarkerDrawing& m_drawing;
   const MarkerPlacement& m_start;
   const AlignOptions& m_options;
   std::vector<Trial> m_trials;
@@ -53,20 +87,21 @@ class BlurSearch {
 
 /// Whether that blur is better than all before, or cannot be judged.
 bool BlurSearch::attempt(double blur_px) {
-  FittedMarker tried{MarkerTemplate(m_sharp, blur_px), {}};
-  tried.alignment = align_marker(m_frame, tried.marker, m_start, m_options);
-  if (!tried.alignment.converged) return true;
-  m_trials.push_back({blur_px, tried.alignment.residual * tried.alignment.residual});
-  if (m_best && tried.alignment.residual >= m_best->alignment.residual) return false;
-  m_best = std::move(tried);
+  const MarkerTemplate& marker = m_drawing.blurred(blur_px);
+  const MarkerAlignment found = align_marker(m_frame, marker, m_start, m_options);
+  if (!found.converged) return true;
+  m_trials.push_back({blur_px, found.residual * found.residual});
+  if (m_best && found.residual >= m_best->alignment.residual) return false;
+  m_best = FittedMarker{marker, found};
   return true;
 }
 
 /// The residual has one minimum: on from it, it grows.
-void BlurSearch::walk(int from, int step) {
-  for (int i = from; i >= 0 && i < static_cast<int>(kBlurs_px.size()); i += step) {
+void BlurSearch::walk(std::size_t from, int step) {
+  for (auto i = static_cast<int>(from); i >= 0 && i < static_cast<int>(kBlurs_px.size());
+       i += step) {
     const double blur_px = kBlurs_px[static_cast<std::size_t>(i)];
-    if (blur_px > kWidestBlur * m_sharp.size_px()) {
+    if (blur_px > kWidestBlur * m_drawing.size_px()) {
       if (step > 0) return;
       continue;
     }
@@ -92,15 +127,26 @@ std::optional<double> least_between(const std::vector<Trial>& trials) {
   return std::clamp(0.5 * (a.blur_px + b.blur_px) - 0.5 * rise_before / bend, a.blur_px, c.blur_px);
 }
 
-std::optional<FittedMarker> BlurSearch::run() {
-  walk(kUsualBlur, -1);
-  if (!m_best || m_best->marker.blur_px() >= kBlurs_px[kUsualBlur]) walk(kUsualBlur + 1, 1);
+std::optional<FittedMarker> BlurSearch::run(std::size_t first_blur) {
+  walk(first_blur, -1);
+  if (!m_best || m_best->marker.blur_px() >= kBlurs_px[first_blur]) walk(first_blur + 1, 1);
   std::sort(m_trials.begin(), m_trials.end(), [](const Trial& a, const Trial& b) {
     return a.blur_px < b.blur_px;
   });
-  if (const auto between = least_between(m_trials)) attempt(*between);
+  if (const auto between = least_between(m_trials)) {
+    attempt(kBlurStep_px * std::round(*between / kBlurStep_px));
+  }
   if (m_best) m_best->marker.mark_even();
   return std::move(m_best);
+}
+
+/// The blur tried that is nearest to one found.
+std::size_t nearest_blur(double blur_px) {
+  const auto nearest =
+      std::min_element(kBlurs_px.begin(), kBlurs_px.end(), [&](double a, double b) {
+        return std::abs(a - blur_px) < std::abs(b - blur_px);
+      });
+  return static_cast<std::size_t>(nearest - kBlurs_px.begin());
 }
 
 }  // namespace
@@ -109,23 +155,40 @@ double placed_size_px(const MarkerPlacement& placement) {
   return std::sqrt(std::abs(placement.px_from_pattern.determinant()));
 }
 
+MarkerFitter::MarkerFitter(const LumaFrame& frame) : m_frame(frame), m_first_blur(kUsualBlur) {}
+MarkerFitter::~MarkerFitter() = default;
+
+MarkerDrawing& MarkerFitter::drawing(const MarkerPattern& pattern, double size_px) {
+  for (const auto& drawing : m_drawings) {
+    if (drawing->serves(pattern, size_px)) return *drawing;
+  }
+  return *m_drawings.emplace_back(std::make_unique<MarkerDrawing>(pattern, size_px));
+}
+
+FittedMarker MarkerFitter::fit(const MarkerPattern& pattern,
+                               const MarkerPlacement& start,
+                               double farthest_px) {
+  AlignOptions options;
+  options.fit_shape = true;
+  options.farthest_px = farthest_px;
+  FittedMarker fitted{drawing(pattern, placed_size_px(start)).blurred(kBlurs_px[m_first_blur]), {}};
+  fitted.alignment = align_marker(m_frame, fitted.marker, start, options);
+  if (!fitted.alignment.converged) return fitted;
+
+  const MarkerPlacement& placement = fitted.alignment.placement;
+  MarkerDrawing& drawn = drawing(pattern, placed_size_px(placement));
+  std::optional<FittedMarker> best =
+      BlurSearch(m_frame, drawn, placement, options).run(m_first_blur);
+  if (!best) return fitted;
+  m_first_blur = nearest_blur(best->marker.blur_px());
+  return std::move(*best);
+}
+
 FittedMarker fit_marker(const LumaFrame& frame,
                         const MarkerPattern& pattern,
                         const MarkerPlacement& start,
                         double farthest_px) {
-  AlignOptions options;
-  options.fit_shape = true;
-  options.farthest_px = farthest_px;
-  std::optional<SharpMarker> sharp(std::in_place, pattern, placed_size_px(start));
-  FittedMarker fitted{MarkerTemplate(*sharp, kFirstBlur_px), {}};
-  fitted.alignment = align_marker(frame, fitted.marker, start, options);
-  if (!fitted.alignment.converged) return fitted;
-
-  const double size_px = placed_size_px(fitted.alignment.placement);
-  if (std::abs(size_px / sharp->size_px() - 1.0) > kSameSize) sharp.emplace(pattern, size_px);
-  std::optional<FittedMarker> best =
-      BlurSearch(frame, *sharp, fitted.alignment.placement, options).run();
-  return best ? std::move(*best) : std::move(fitted);
+  return MarkerFitter(frame).fit(pattern, start, farthest_px);
 }
 
 }  // namespace twang

@@ -151,7 +151,7 @@ void Inspection::find() {
                                 placed_size_px(found.placement),
                                 fitted->marker.blur_px(),
                                 found.contrast,
-                                found.ink});
+                                found.light[0]});
     if (marker.fixed) m_fixed.push_back(std::move(*fitted));
   }
   constexpr double kStep_m = 1e-4;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -12,8 +14,8 @@ namespace {
 // Of the sharp marker's samples every other one is a cell. The expansion about the nearest then
 // errs by under 0.1 % of the contrast.
 constexpr int kSamplesPerCell = 2;
-// Change from cell to cell below which a template does not change [-].
-constexpr float kEven = 1e-5F;
+// Cells over which a template is noted not to change, at most.
+constexpr float kMostEven = 500.0F;
 // Beyond the marker, what is left of the blur is less than a rounding error [standard deviations].
 constexpr double kNothingLeft = 5.0;
 
@@ -67,18 +69,22 @@ MarkerTemplate MarkerTemplate::cut_out(const MarkerPattern& pattern,
   return {SharpMarker::cut_out(pattern, frame, position_px, px_from_pattern), 0.0};
 }
 
-std::array<float, detail::kCellFloats>& MarkerTemplate::cell(int column, int row) {
+MarkerTemplate::Cell& MarkerTemplate::cell(int column, int row) {
   constexpr int kWithin = detail::kCellPhases - 1;
   const int square = ((row & kWithin) << detail::kCellPhaseBits) + (column & kWithin);
   const int line = square * m_part + (row >> detail::kCellPhaseBits);
-  return m_cells[static_cast<std::size_t>(line * m_part + (column >> detail::kCellPhaseBits))];
+  const int at = line * m_part + (column >> detail::kCellPhaseBits);
+  return m_table->cells[static_cast<std::size_t>(at)];
 }
 
 namespace {
 
-/// Value and derivatives by the cell's index (differences of fourth order) at a sample.
+/// Value and derivatives as a cell holds them.
+using Expansion = std::array<float, 6>;
+
+/// By the cell's index (differences of fourth order), at a sample.
 /// @param stride  from one row of samples to the next
-std::array<float, detail::kCellFloats> cell_at(const float* r, std::ptrdiff_t stride) {
+Expansion cell_at(const float* r, std::ptrdiff_t stride) {
   constexpr float kPerStep = static_cast<float>(kSamplesPerCell);
   const auto slope = [](float a, float b, float d, float e) {
     return kPerStep / 12.0F * (8.0F * (d - b) - (e - a));
@@ -97,6 +103,16 @@ std::array<float, detail::kCellFloats> cell_at(const float* r, std::ptrdiff_t st
       bend(down(-2), down(-1), r[0], down(1), down(2))};
 }
 
+std::array<detail::CellNumber, detail::kCellNumbers> rounded(const Expansion& f) {
+  constexpr float kMost = 32767.0F;
+  std::array<detail::CellNumber, detail::kCellNumbers> cell{};
+  for (std::size_t k = 0; k < f.size(); ++k) {
+    const float scaled = std::clamp(detail::kCellScale * f[k], -kMost, kMost);
+    cell[k] = static_cast<detail::CellNumber>(std::lrint(scaled));
+  }
+  return cell;
+}
+
 }  // namespace
 
 /// A cell for every other sample; beyond the square all is paper.
@@ -106,41 +122,57 @@ std::array<float, detail::kCellFloats> cell_at(const float* r, std::ptrdiff_t st
 void MarkerTemplate::make_cells(const float* first, std::ptrdiff_t stride, bool mirrored) {
   m_part = (m_side + detail::kCellPhases - 1) / detail::kCellPhases;
   const auto padded = static_cast<std::size_t>(detail::kCellPhases * m_part);
-  m_cells.assign(padded * padded, {1.0F});
+  m_table = std::make_shared<Table>();
+  m_table->cells.assign(padded * padded, rounded({1.0F}));
   const int end = mirrored ? (m_side + 1) / 2 : m_side - 1;
   for (int j = 1; j < end; ++j) {
     for (int i = 1; i < end; ++i) {
-      const auto f = cell_at(first + kSamplesPerCell * (j * stride + i), stride);
+      const Cell f = rounded(cell_at(first + kSamplesPerCell * (j * stride + i), stride));
       cell(i, j) = f;
       if (!mirrored) continue;
       const int beside = m_side - 1 - i;
       const int below = m_side - 1 - j;
-      cell(beside, j) = {f[0], -f[1], f[2], -f[3], f[4], f[5]};
-      cell(i, below) = {f[0], f[1], -f[2], -f[3], f[4], f[5]};
-      cell(beside, below) = {f[0], -f[1], -f[2], f[3], f[4], f[5]};
+      const auto mirrored_by = [&f](int along_i, int along_j) {
+        const auto signed_by = [](int sign, detail::CellNumber number) {
+          return static_cast<detail::CellNumber>(sign * number);
+        };
+        return Cell{f[0],
+                    signed_by(along_i, f[1]),
+                    signed_by(along_j, f[2]),
+                    signed_by(along_i * along_j, f[3]),
+                    f[4],
+                    f[5]};
+      };
+      cell(beside, j) = mirrored_by(-1, 1);
+      cell(i, below) = mirrored_by(1, -1);
+      cell(beside, below) = mirrored_by(-1, -1);
     }
   }
 }
 
 /// Writes into each cell how far from it no cell has a slope worth the name.
 void MarkerTemplate::mark_even() {
+  if (std::exchange(m_table->even_marked, true)) return;
   cv::Mat even(m_side, m_side, CV_8UC1);
   for (int j = 0; j < m_side; ++j) {
     for (int i = 0; i < m_side; ++i) {
-      const auto& f = cell(i, j);
-      even.at<std::uint8_t>(j, i) = std::abs(f[1]) + std::abs(f[2]) < kEven ? 255 : 0;
+      const Cell& f = cell(i, j);
+      even.at<std::uint8_t>(j, i) = f[1] == 0 && f[2] == 0 ? 255 : 0;
     }
   }
   cv::Mat distance;
   cv::distanceTransform(even, distance, cv::DIST_L2, cv::DIST_MASK_3);
   for (int j = 0; j < m_side; ++j) {
-    // The transform errs by a twentieth.
-    for (int i = 0; i < m_side; ++i) cell(i, j)[6] = 0.95F * distance.at<float>(j, i) - 1.0F;
+    for (int i = 0; i < m_side; ++i) {
+      // The transform errs by a twentieth.
+      const float safely = std::clamp(0.95F * distance.at<float>(j, i) - 1.0F, 0.0F, kMostEven);
+      cell(i, j)[6] = static_cast<detail::CellNumber>(detail::kEvenScale * safely);
+    }
   }
 }
 
 detail::TemplateCells MarkerTemplate::cells() const {
-  return {m_cells.front().data(),
+  return {m_table->cells.front().data(),
           m_side,
           m_part,
           static_cast<float>(m_cells_per_unit),

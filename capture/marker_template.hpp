@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace twang {
@@ -20,7 +21,7 @@ namespace twang {
 /// The pattern of `marker_pattern.hpp` is averaged over a pixel, blurred by a Gaussian and sampled
 /// finely once, with its derivatives; afterwards a sample costs one look-up: the second-order
 /// expansion about the nearest cell. Coordinates are those of the
-/// pattern: in units of the outer size, centred, x right, y down.
+/// pattern: in units of the outer size, centred, x right, y down. Copies share the samples.
 class MarkerTemplate {
  public:
   /// Value (0 ink .. 1 paper) and its derivatives by the pattern's coordinates [1/size].
@@ -44,8 +45,8 @@ class MarkerTemplate {
   /// Of a marker drawn before, which is most of the cost; the blur is in addition to a picture's
   /// own if it was cut out of one.
   MarkerTemplate(const SharpMarker& sharp, double blur_px);
-  /// Notes where the template does not change, which alignments along a path of motion then make
-  /// use of; pays where the template stays in use.
+  /// Notes where the template and its copies do not change, which alignments along a path of motion
+  /// then make use of; pays where the template stays in use.
   void mark_even();
 
   [[nodiscard]] Sample at(double u, double v) const;
@@ -62,8 +63,14 @@ class MarkerTemplate {
   [[nodiscard]] bool has_rim() const { return !m_cut_out; }
 
  private:
+  using Cell = std::array<detail::CellNumber, detail::kCellNumbers>;
   void make_cells(const float* first, std::ptrdiff_t stride, bool mirrored);
-  [[nodiscard]] std::array<float, detail::kCellFloats>& cell(int column, int row);
+  [[nodiscard]] Cell& cell(int column, int row);
+
+  struct Table {
+    std::vector<Cell> cells;
+    bool even_marked = false;
+  };
 
   MarkerPattern m_pattern;
   double m_size_px;
@@ -73,7 +80,7 @@ class MarkerTemplate {
   double m_cells_per_unit;
   int m_side = 0;  // cells along the square that the blur reaches
   int m_part = 0;  // as in TemplateCells
-  std::vector<std::array<float, detail::kCellFloats>> m_cells;
+  std::shared_ptr<Table> m_table;
 };
 
 }  // namespace twang

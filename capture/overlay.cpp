@@ -214,7 +214,9 @@ Image draw_tracks(const Image& grey, const TrackDrawing& drawing, std::size_t fr
   // OpenCV's header takes what it only reads as writable.
   const cv::Mat luminance(
       grey.height_px, grey.width_px, CV_8UC1, const_cast<std::uint8_t*>(grey.pixels.data()));
-  cv::Mat colour;
+  Image image{grey.width_px, grey.height_px, 3, {}};
+  image.pixels.resize(3 * grey.pixels.size());
+  cv::Mat colour(image.height_px, image.width_px, CV_8UC3, image.pixels.data());
   cv::cvtColor(luminance, colour, cv::COLOR_GRAY2RGB);
   Picture picture = picture_of(colour);
   for (std::size_t i = 0; i < drawing.tracks.size(); ++i) {
@@ -226,8 +228,6 @@ Image draw_tracks(const Image& grey, const TrackDrawing& drawing, std::size_t fr
     draw_circle(picture, at, radius_px, colour_of(i));
     write_word(picture, track.id, at, radius_px, colour_of(i));
   }
-  Image image{colour.cols, colour.rows, 3, {}};
-  image.pixels.assign(colour.datastart, colour.dataend);
   return image;
 }
 

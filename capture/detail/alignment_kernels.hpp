@@ -6,9 +6,14 @@
 
 namespace twang::detail {
 
-/// Floats a cell of a template's table: the value f and its derivatives f_i, f_j, f_ij, f_ii, f_jj
-/// by the cell's column i and row j, two to fill up.
-inline constexpr int kCellFloats = 8;
+/// Numbers a cell of a template's table: the value f and its derivatives f_i, f_j, f_ij, f_ii, f_jj
+/// by the cell's column i and row j, all times kCellScale; how far from there the template does not
+/// change, in cells times kEvenScale; one to fill up. A table is read from all over at every
+/// alignment: the smaller it is, the sooner.
+inline constexpr int kCellNumbers = 8;
+inline constexpr float kCellScale = 16384.0F;
+inline constexpr float kEvenScale = 64.0F;
+using CellNumber = std::int16_t;
 
 /// Cells about a pixel apart lie side by side, so that neighbouring pixels look up neighbouring
 /// memory: of every fourth column and row, from each of the first four on, there is a square of its
@@ -18,11 +23,11 @@ inline constexpr int kCellPhases = 1 << kCellPhaseBits;
 
 /// A template's table.
 struct TemplateCells {
-  const float* cells = nullptr;  ///< (kCellPhases² squares x part² cells x kCellFloats)
-  int side = 0;                  ///< columns and rows of cells
-  int part = 0;                  ///< of these in one square: side / kCellPhases, rounded up
-  float per_unit = 0.0F;         ///< cells a unit of the pattern
-  float middle = 0.0F;           ///< half the side of the sampled square [units]
+  const CellNumber* cells = nullptr;  ///< (kCellPhases² squares x part² cells x kCellNumbers)
+  int side = 0;                       ///< columns and rows of cells
+  int part = 0;                       ///< of these in one square: side / kCellPhases, rounded up
+  float per_unit = 0.0F;              ///< cells a unit of the pattern
+  float middle = 0.0F;                ///< half the side of the sampled square [units]
 };
 
 /// A rectangle of pixels around a marker, and how the marker lies in it.

@@ -27,8 +27,6 @@ constexpr double kSureCompanion = 0.7;  // sigma up to which companions are aske
 constexpr double kBesideCompanionSizes = 0.4;
 constexpr int kMostContradicted = 3;    // frames; then the motion has changed its shape
 constexpr double kStrangerSigma = 0.1;  // in sizes
-constexpr double kLookAlike = 0.75;     // correlation of a thing that could be taken for a marker
-constexpr double kLookAround = 6.0;     // for such things, in sizes
 
 const Eigen::Vector2d kNowhere = Eigen::Vector2d::Constant(kNaN);
 
@@ -49,36 +47,13 @@ LayoutFollower::LayoutFollower(const LumaFrame& first, const Rig& rig, PartialLa
                              : MarkerSample{kNowhere, kNaN, "it is hidden or blurred"});
   }
   m_followers = start_followers(rig, std::move(layout));
-  find_strangers(first);
+  m_strangers = find_strangers(first, m_followers, m_first);
 }
 
 bool LayoutFollower::alike(std::size_t i, std::size_t k) const {
   const double ratio = m_followers[i].size_px() / m_followers[k].size_px();
   return m_followers[i].pattern() == m_followers[k].pattern() && ratio < kAlikeSize &&
          ratio > 1.0 / kAlikeSize;
-}
-
-/// Things near a marker that look like it and are no marker of the rig.
-void LayoutFollower::find_strangers(const LumaFrame& first) {
-  for (std::size_t i = 0; i < m_followers.size(); ++i) {
-    MarkerFollower& follower = m_followers[i];
-    if (!follower.seen()) continue;
-    const double apart_px = kApart * follower.size_px();
-    for (const Eigen::Vector2d& px : follower.look_alikes(first, kLookAround, kLookAlike)) {
-      bool a_marker = false;
-      for (std::size_t k = 0; k < m_followers.size(); ++k) {
-        a_marker |= m_followers[k].seen() ? (m_first[k].position_px - px).norm() < apart_px
-                                          : m_followers[k].within_reach(px);
-      }
-      if (a_marker || !follower.look_at(first, px).good()) continue;
-      follower.keep_off((px - m_first[i].position_px).norm());
-      const bool known =
-          std::any_of(m_strangers.begin(), m_strangers.end(), [&](const Stranger& other) {
-            return (other.px - px).norm() < apart_px;
-          });
-      if (!known) m_strangers.push_back({i, px});
-    }
-  }
 }
 
 void LayoutFollower::withdraw(std::size_t marker, std::string why) {

@@ -3,6 +3,7 @@
 
 #include "capture/detail/companions.hpp"
 #include "capture/detail/follow_marker.hpp"
+#include "capture/detail/strangers.hpp"
 #include "capture/find_layout.hpp"
 #include "rigs/rig.hpp"
 
@@ -13,13 +14,6 @@
 #include <vector>
 
 namespace twang::detail {
-
-/// Where a marker is in one frame.
-struct MarkerSample {
-  Eigen::Vector2d position_px;  ///< nan where lost [px]
-  double sigma_px = 0.0;        ///< of one coordinate; nan where lost [px]
-  std::string lost_because;     ///< empty where found
-};
 
 /// Follows all markers of a rig from frame to frame.
 ///
@@ -54,12 +48,7 @@ class LayoutFollower {
     bool contradicted = false;
     std::string why = "nothing there looks like it";
   };
-  struct Stranger {
-    std::size_t like;  // the marker
-    Eigen::Vector2d px;
-  };
 
-  void find_strangers(const LumaFrame& first);
   [[nodiscard]] bool alike(std::size_t i, std::size_t k) const;
   void look_ahead(const LumaFrame& frame);
   void withdraw_doubtful();

@@ -53,6 +53,7 @@ MarkerFollower::MarkerFollower(FittedMarker fitted, const MarkerBackground& back
       m_size_px(placed_size_px(fitted.alignment.placement)),
       m_typical_score(fitted.alignment.score),
       m_typical_contrast(fitted.alignment.contrast),
+      m_light(fitted.alignment.light),
       m_forecast(background.rest_px, fitted.alignment.placement.position_px, m_size_px) {
   const Eigen::Vector2d& at = fitted.alignment.placement.position_px;
   m_background.reach_px = std::max(m_background.reach_px, (at - m_background.rest_px).norm());
@@ -77,6 +78,7 @@ MarkerFollower::MarkerFollower(const MarkerPattern& pattern,
 MarkerAlignment MarkerFollower::align_at(const LumaFrame& frame, const Eigen::Vector2d& at) const {
   AlignOptions options;
   options.farthest_px = 0.6 * m_size_px;
+  if (frames_lost() == 0) options.light = m_light;
   MarkerPlacement start{at, m_px_from_pattern, Eigen::Vector2d::Zero()};
   // Half of what it moved since the last frame and half of what it will: at a turning point the
   // marker is sharp.
@@ -276,6 +278,7 @@ void MarkerFollower::look_better(const LumaFrame& frame, const MarkerAlignment& 
   m_size_px = size;
   m_typical_score = again.alignment.score;
   m_typical_contrast = again.alignment.contrast;
+  m_light = again.alignment.light;
 }
 
 void MarkerFollower::accept(const LumaFrame& frame, Finding finding) {
@@ -300,6 +303,7 @@ void MarkerFollower::accept(const LumaFrame& frame, Finding finding) {
     m_forecast.found(px);
   }
   m_px_from_pattern = found.placement.px_from_pattern;
+  m_light = found.light;
   m_background.reach_px = std::max(m_background.reach_px, (px - rest_px()).norm());
   if (m_better_looks > 0 && moved < kVisibleBlur_px) look_better(frame, found);
 }

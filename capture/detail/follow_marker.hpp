@@ -14,6 +14,13 @@
 
 namespace twang::detail {
 
+/// Where a marker is in one frame.
+struct MarkerSample {
+  Eigen::Vector2d position_px;  ///< nan where lost [px]
+  double sigma_px = 0.0;        ///< of one coordinate; nan where lost [px]
+  std::string lost_because;     ///< empty where found
+};
+
 /// What else is known of a marker before it is followed.
 struct MarkerBackground {
   Eigen::Vector2d rest_px = Eigen::Vector2d::Zero();  ///< where the layout puts it at rest [px]
@@ -111,6 +118,7 @@ class MarkerFollower {
   double m_half_way_px = kInfinity;  // to the nearest stranger that looks alike
   double m_typical_score;
   double m_typical_contrast;
+  Eigen::Vector4d m_light = Eigen::Vector4d::Zero();  // of the last alignment
   double m_blur_ratio = 0.5;  // length of the motion blur over the motion from frame to frame
   int m_num_blurs = 0;        // fits behind that
   int m_better_looks = 0;     // frames in which the pattern may still be fitted better

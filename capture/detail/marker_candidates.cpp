@@ -2,6 +2,7 @@
 #include "capture/detail/marker_candidates.hpp"
 
 #include "capture/detail/find_tags.hpp"
+#include "capture/detail/in_parallel.hpp"
 #include "capture/fit_marker.hpp"
 #include "core/constants.hpp"
 #include "core/units.hpp"
@@ -22,7 +23,8 @@ namespace {
 constexpr double kTemplateBlur_px = 0.7;
 constexpr double kSizeStep = 1.15;  // ratio of neighbouring sizes in the store
 // Side of the square whose mean a pixel is compared with; a marker is found at a few of them.
-constexpr std::array kWindows_px = {15, 31, 63, 127, 255, 511};
+const std::vector<int> kSmallWindows_px = {15, 31};
+const std::vector<int> kLargeWindows_px = {63, 127, 255, 511};
 // The picture is made smaller for larger windows, until they are of about this size; the smallest
 // blob of interest keeps the same number of pixels.
 constexpr int kPlainWindow_px = 63;
@@ -212,44 +214,62 @@ const MarkerTemplate& TemplateStore::get(const MarkerPattern& pattern, double si
   return place->second;
 }
 
-std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
-                                             const std::vector<MarkerPattern>& patterns,
-                                             const SearchBox& box,
-                                             TemplateStore& templates) {
-  const int width = box.x1 - box.x0;
-  const int height = box.y1 - box.y0;
-  if (width < 2 * kSmallestBlob_px || height < 2 * kSmallestBlob_px) return {};
-  // OpenCV's header takes what it only reads as writable.
-  auto* first = const_cast<std::uint8_t*>(frame.pixels + box.y0 * frame.stride + box.x0);
-  const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(frame.stride));
+CandidateSearch::CandidateSearch(const LumaFrame& frame,
+                                 std::vector<MarkerPattern> patterns,
+                                 const SearchBox& box,
+                                 TemplateStore& templates)
+    : m_frame(frame), m_patterns(std::move(patterns)), m_box(box), m_templates(templates) {}
 
-  const auto tags = tag_candidates(frame, patterns, box, templates);
-  const auto in_a_tag = [&tags](const Eigen::Vector2d& px) {
-    return std::any_of(
-        tags.begin(), tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
-  };
-  std::vector<MarkerCandidate> found;
-  for (const int window_px : kWindows_px) {
-    if (window_px > 2 * std::min(width, height)) break;
-    for (const Blob& blob : find_blobs(grey, box, window_px)) {
+void CandidateSearch::look_for_large() {
+  m_tags = tag_candidates(m_frame, m_patterns, m_box, m_templates);
+  look_at_windows(kLargeWindows_px);
+}
+
+void CandidateSearch::look_for_small() { look_at_windows(kSmallWindows_px); }
+
+bool CandidateSearch::in_a_tag(const Eigen::Vector2d& px) const {
+  return std::any_of(
+      m_tags.begin(), m_tags.end(), [&](const auto& tag) { return lies_within(px, tag); });
+}
+
+/// At each window that the picture has room for.
+void CandidateSearch::look_at_windows(const std::vector<int>& windows_px) {
+  const int width = m_box.x1 - m_box.x0;
+  const int height = m_box.y1 - m_box.y0;
+  if (width < 2 * kSmallestBlob_px || height < 2 * kSmallestBlob_px) return;
+  // OpenCV's header takes what it only reads as writable.
+  auto* first = const_cast<std::uint8_t*>(m_frame.pixels + m_box.y0 * m_frame.stride + m_box.x0);
+  const cv::Mat grey(height, width, CV_8UC1, first, static_cast<std::size_t>(m_frame.stride));
+  std::vector<std::vector<Blob>> blobs(windows_px.size());
+  for_each_in_parallel(windows_px.size(), [&](std::size_t i) {
+    if (windows_px[i] <= 2 * std::min(width, height)) {
+      blobs[i] = find_blobs(grey, m_box, windows_px[i]);
+    }
+  });
+  for (const std::vector<Blob>& at_window : blobs) {
+    for (const Blob& blob : at_window) {
       if (in_a_tag(blob.centre_px)) continue;
-      for (const MarkerPattern& pattern : patterns) {
+      for (const MarkerPattern& pattern : m_patterns) {
         for (const Guess& guess : guesses(pattern, blob)) {
-          const bool known = std::any_of(found.begin(), found.end(), [&](const auto& other) {
+          const bool known = std::any_of(m_found.begin(), m_found.end(), [&](const auto& other) {
             return other.pattern == pattern && other.score > kGoodScore &&
                    (other.placement.position_px - guess.centre_px).norm() <
                        0.25 * kSamePlace * other.size_px;
           });
           if (known) continue;
-          if (auto candidate = align_guess(frame, pattern, guess, templates)) {
-            found.push_back(*candidate);
+          if (auto candidate = align_guess(m_frame, pattern, guess, m_templates)) {
+            m_found.push_back(*candidate);
           }
         }
       }
     }
   }
+}
+
+std::vector<MarkerCandidate> CandidateSearch::found() const {
+  std::vector<MarkerCandidate> found = m_found;
   std::erase_if(found, [&](const auto& other) { return in_a_tag(other.placement.position_px); });
-  found.insert(found.end(), tags.begin(), tags.end());
+  found.insert(found.end(), m_tags.begin(), m_tags.end());
   std::stable_sort(
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
   std::vector<MarkerCandidate> best;
@@ -259,6 +279,16 @@ std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
     if (!taken) best.push_back(candidate);
   }
   return best;
+}
+
+std::vector<MarkerCandidate> find_candidates(const LumaFrame& frame,
+                                             const std::vector<MarkerPattern>& patterns,
+                                             const SearchBox& box,
+                                             TemplateStore& templates) {
+  CandidateSearch search(frame, patterns, box, templates);
+  search.look_for_large();
+  search.look_for_small();
+  return search.found();
 }
 
 }  // namespace twang::detail

@@ -18,11 +18,12 @@ constexpr int kLanes = 8;
 #else
 constexpr int kLanes = 4;
 #endif
-typedef float Four __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float Lanes __attribute__((vector_size(4 * kLanes)));
 typedef float LooseLanes __attribute__((vector_size(4 * kLanes), aligned(4), may_alias));
 typedef int IntLanes __attribute__((vector_size(4 * kLanes)));
 typedef int LooseIntLanes __attribute__((vector_size(4 * kLanes), may_alias));
+typedef short Cell __attribute__((vector_size(16), aligned(2), may_alias));
+typedef short Words __attribute__((vector_size(4 * kLanes)));
 static_assert(kAlignmentBlock % kLanes == 0);
 
 inline Lanes load(const float* from) { return *reinterpret_cast<const LooseLanes*>(from); }
@@ -42,25 +43,33 @@ inline Lanes bounded(Lanes value, Lanes low, Lanes high) {
   return raised < high ? raised : high;
 }
 
-// In every four lanes: a0 b0 a1 b1, a2 b2 a3 b3, a0 a1 b0 b1, a2 a3 b2 b3.
+// In every 16 bytes: a0 b0 a1 b1 .., the first half of each or the last.
 #ifdef __AVX2__
-inline Lanes mix_first(Lanes a, Lanes b) {
+inline Words mix_first(Words a, Words b) {
+  return __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 8, 24, 9, 25, 10, 26, 11, 27);
+}
+inline Words mix_last(Words a, Words b) {
+  return __builtin_shufflevector(a, b, 4, 20, 5, 21, 6, 22, 7, 23, 12, 28, 13, 29, 14, 30, 15, 31);
+}
+inline IntLanes pair_first(IntLanes a, IntLanes b) {
   return __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
 }
-inline Lanes mix_last(Lanes a, Lanes b) {
+inline IntLanes pair_last(IntLanes a, IntLanes b) {
   return __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
 }
-inline Lanes join_first(Lanes a, Lanes b) {
-  return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
-}
-inline Lanes join_last(Lanes a, Lanes b) {
-  return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
-}
 #else
-inline Lanes mix_first(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 0, 4, 1, 5); }
-inline Lanes mix_last(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 2, 6, 3, 7); }
-inline Lanes join_first(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
-inline Lanes join_last(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
+inline Words mix_first(Words a, Words b) {
+  return __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11);
+}
+inline Words mix_last(Words a, Words b) {
+  return __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+}
+inline IntLanes pair_first(IntLanes a, IntLanes b) {
+  return __builtin_shufflevector(a, b, 0, 4, 1, 5);
+}
+inline IntLanes pair_last(IntLanes a, IntLanes b) {
+  return __builtin_shufflevector(a, b, 2, 6, 3, 7);
+}
 #endif
 
 /// Where the numbers of a cell stand in the table.
@@ -68,19 +77,29 @@ inline IntLanes offset_of(const TemplateCells& table, IntLanes column, IntLanes 
   constexpr int kWithin = kCellPhases - 1;
   const IntLanes square = ((row & kWithin) << kCellPhaseBits) + (column & kWithin);
   const IntLanes line = square * table.part + (row >> kCellPhaseBits);
-  return kCellFloats * (line * table.part + (column >> kCellPhaseBits));
+  return kCellNumbers * (line * table.part + (column >> kCellPhaseBits));
 }
 
-/// Four numbers of one lane's cell; of eight lanes, those of the lane four on behind them.
-inline Lanes four_numbers(const float* cells, const int* offset) {
-  const Four near = *reinterpret_cast<const Four*>(cells + offset[0]);
+/// The cell of one lane; of eight lanes, that of the lane four on behind it.
+inline Words cell_of(const CellNumber* cells, const int* offset) {
+  const Cell near = *reinterpret_cast<const Cell*>(cells + offset[0]);
 #ifdef __AVX2__
-  const Four far = *reinterpret_cast<const Four*>(cells + offset[4]);
-  return __builtin_shufflevector(near, far, 0, 1, 2, 3, 4, 5, 6, 7);
+  const Cell far = *reinterpret_cast<const Cell*>(cells + offset[4]);
+  return __builtin_shufflevector(near, far, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 #else
   return near;
 #endif
 }
+
+/// One number of each lane, and the next: times 2^16, as a number's bits stand in an integer's
+/// upper half.
+inline Lanes number(IntLanes pairs) {
+  return __builtin_convertvector((IntLanes)mix_first(Words{}, (Words)pairs), Lanes);
+}
+inline Lanes next_number(IntLanes pairs) {
+  return __builtin_convertvector((IntLanes)mix_last(Words{}, (Words)pairs), Lanes);
+}
+constexpr float kUpperHalf = 65536.0F;
 
 /// Value and slopes, these by the cell's index.
 struct SampledLanes {
@@ -104,30 +123,25 @@ inline SampledLanes expand(const TemplateCells& table,
   const Lanes x = column - __builtin_convertvector(i, Lanes);
   const Lanes y = row - __builtin_convertvector(j, Lanes);
 
-  const Lanes a = four_numbers(table.cells, offset);
-  const Lanes b = four_numbers(table.cells, offset + 1);
-  const Lanes c = four_numbers(table.cells, offset + 2);
-  const Lanes d = four_numbers(table.cells, offset + 3);
-  const Lanes f01 = mix_first(a, b), f01_cd = mix_first(c, d);
-  const Lanes f23 = mix_last(a, b), f23_cd = mix_last(c, d);
-  const Lanes f = join_first(f01, f01_cd);
-  const Lanes f_i = join_last(f01, f01_cd);
-  const Lanes f_j = join_first(f23, f23_cd);
-  const Lanes f_ij = join_last(f23, f23_cd);
-
-  const float* behind = table.cells + 4;
-  const Lanes p = four_numbers(behind, offset);
-  const Lanes q = four_numbers(behind, offset + 1);
-  const Lanes r = four_numbers(behind, offset + 2);
-  const Lanes s = four_numbers(behind, offset + 3);
-  const Lanes f45 = mix_first(p, q), f45_rs = mix_first(r, s);
-  const Lanes f_ii = join_first(f45, f45_rs);
-  const Lanes f_jj = join_last(f45, f45_rs);
-  if (even != nullptr) *even = join_first(mix_last(p, q), mix_last(r, s));
-
+  const Words a = cell_of(table.cells, offset);
+  const Words b = cell_of(table.cells, offset + 1);
+  const Words c = cell_of(table.cells, offset + 2);
+  const Words d = cell_of(table.cells, offset + 3);
+  const IntLanes ab = (IntLanes)mix_first(a, b), cd = (IntLanes)mix_first(c, d);
+  const IntLanes ab_behind = (IntLanes)mix_last(a, b), cd_behind = (IntLanes)mix_last(c, d);
+  const IntLanes zeroth = pair_first(ab, cd);
+  const IntLanes mixed = pair_last(ab, cd);
+  const IntLanes seconds = pair_first(ab_behind, cd_behind);
+  const Lanes f = number(zeroth), f_i = next_number(zeroth);
+  const Lanes f_j = number(mixed), f_ij = next_number(mixed);
+  const Lanes f_ii = number(seconds), f_jj = next_number(seconds);
+  if (even != nullptr) {
+    *even = 1.0F / (kUpperHalf * kEvenScale) * number(pair_last(ab_behind, cd_behind));
+  }
   const Lanes du = f_i + f_ii * x + f_ij * y;
   const Lanes dv = f_j + f_ij * x + f_jj * y;
-  return {f + 0.5F * ((f_i + du) * x + (f_j + dv) * y), du, dv};
+  constexpr float kUnit = 1.0F / (kUpperHalf * kCellScale);
+  return {kUnit * (f + 0.5F * ((f_i + du) * x + (f_j + dv) * y)), kUnit * du, kUnit * dv};
 }
 
 /// Whether all lanes of a comparison hold.

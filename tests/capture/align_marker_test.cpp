@@ -8,8 +8,11 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace twang::test {
 namespace {
@@ -144,9 +147,65 @@ TEST(AlignMarker, LightAndContrastHaveNoInfluence) {
   marker.ink = 50.0;
   const MarkerAlignment dim = align(picture(marker), marker);
   EXPECT_NEAR(dim.contrast, 70.0, 1.0);
-  EXPECT_NEAR(dim.ink, 50.0, 1.0);
+  EXPECT_NEAR(dim.light[0], 50.0, 1.0);
   // Rounding to whole grey levels, a third as fine.
   EXPECT_LT((dim.placement.position_px - bright.placement.position_px).norm(), 0.005);
+}
+
+TEST(AlignMarker, LightOfAnotherPictureToStartFromHasNoInfluence) {
+  PaintedMarker marker = painted(MarkerKind::Cross, 28.0);
+  AlignOptions options;
+  options.light = align(picture(marker), marker).light;
+  marker.paper = 150.0;  // the lamp flickers by more than any does
+  const Image dimmer = picture(marker);
+  const MarkerTemplate drawn(marker.pattern, 28.0, 0.0);
+  for (const double beside_px : {0.0, 0.008, 0.3}) {
+    MarkerPlacement start = placement_of(marker);
+    start.position_px.x() += beside_px;
+    const MarkerAlignment from_light = align_marker(luma_view(dimmer), drawn, start, options);
+    const MarkerAlignment found = align_marker(luma_view(dimmer), drawn, start);
+    ASSERT_TRUE(from_light.converged);
+    EXPECT_NEAR(from_light.contrast, found.contrast, 0.1);
+    EXPECT_NEAR(from_light.light[0], found.light[0], 0.1);
+    // Each stops at a step below a hundredth of a pixel, of which a few per cent are left.
+    EXPECT_LT((from_light.placement.position_px - found.placement.position_px).norm(), 5e-4);
+  }
+}
+
+TEST(MarkerFitter, FitsMarkersThatShareADrawingAsEachAlone) {
+  std::vector<PaintedMarker> markers;
+  for (int k = 0; k < 6; ++k) {
+    const MarkerKind kind = k % 2 == 0 ? MarkerKind::Cross : MarkerKind::Dot;
+    markers.push_back(painted(kind, 30.0 + 0.05 * k, {29.0 + 0.31 * k, 31.0 - 0.17 * k}));
+    markers.back().blur_px = 0.5 + 0.12 * k;
+  }
+  Image scene{kSide_px * 6, kSide_px, 1, std::vector<std::uint8_t>(6 * kSide_px * kSide_px)};
+  for (int k = 0; k < 6; ++k) {
+    const Image one = picture(markers[static_cast<std::size_t>(k)]);
+    for (int y = 0; y < kSide_px; ++y) {
+      std::copy_n(one.pixels.begin() + y * kSide_px,
+                  kSide_px,
+                  scene.pixels.begin() + (y * 6 + k) * kSide_px);
+    }
+  }
+  const LumaFrame frame = luma_view(scene);
+  MarkerFitter fitter(frame);
+  for (int k = 0; k < 6; ++k) {
+    const PaintedMarker& marker = markers[static_cast<std::size_t>(k)];
+    const Eigen::Vector2d at = marker.position_px + Eigen::Vector2d(k * kSide_px, 0.0);
+    const MarkerPlacement start = upright_marker(at, 31.0);
+    const FittedMarker shared = fitter.fit(marker.pattern, start, 10.0);
+    const FittedMarker alone = fit_marker(frame, marker.pattern, start, 10.0);
+    ASSERT_TRUE(shared.alignment.converged);
+    EXPECT_LT((shared.alignment.placement.position_px - at).norm(), 0.01);
+    EXPECT_LT(
+        (shared.alignment.placement.position_px - alone.alignment.placement.position_px).norm(),
+        2e-3);
+    // A drawing serves sizes within half a per cent; blurs are found to a twentieth of a pixel.
+    EXPECT_NEAR(
+        placed_size_px(shared.alignment.placement), placed_size_px(alone.alignment.placement), 0.1);
+    EXPECT_NEAR(shared.marker.blur_px(), alone.marker.blur_px(), 0.051);
+  }
 }
 
 TEST(AlignMarker, TurnIsAnticlockwiseAsSeen) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/find_tags.hpp"
 
+#include "capture/fit_marker.hpp"
 #include "core/constants.hpp"
 #include "tests/capture/synthetic_marker.hpp"
 
@@ -66,6 +67,27 @@ TEST(FindTags, FindsTagsOfEverySortInAnyTurn) {
                   painted.marker.px_from_pattern.norm(),
               0.08)
         << turn_rad;
+  }
+}
+
+TEST(FindTags, FindsTagsTurnedByExactlyQuarters) {
+  for (const MarkerPattern& pattern :
+       {tag(MarkerKind::ArUco, "DICT_4X4_50", 7), tag(MarkerKind::AprilTag, "tag36h11", 17)}) {
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const Painted painted = paint_tag(pattern, 26.0, 0.5 * kPi * quarter);
+      const auto found = detail::find_tags(luma_view(painted.image), {pattern});
+      ASSERT_EQ(found.size(), 1U) << quarter;
+      const Eigen::Matrix2d& truth = painted.marker.px_from_pattern;
+      EXPECT_LT((found[0].placement.px_from_pattern - truth).norm() / truth.norm(), 0.08);
+      // The alignment that follows keeps the turn and finds the place.
+      const FittedMarker fitted =
+          fit_marker(luma_view(painted.image), pattern, found[0].placement, 5.0);
+      ASSERT_TRUE(fitted.alignment.converged) << quarter;
+      const MarkerPlacement& placement = fitted.alignment.placement;
+      EXPECT_LT((placement.position_px - painted.marker.position_px).norm(), 0.03) << quarter;
+      EXPECT_LT((placement.px_from_pattern - truth).norm() / truth.norm(), 0.02) << quarter;
+      EXPECT_GT(fitted.alignment.score, 0.98) << quarter;
+    }
   }
 }
 
