@@ -34,6 +34,7 @@ std::string modes_json(const HexMesh& mesh, const Eigenmodes& modes) {
                                    mesh.actual_dx_m.z() * kMillimetresPerMetre}},
                                  {"elements", mesh.num_elements()},
                                  {"nodes", mesh.num_nodes()},
+                                 {"solver", modes.message},
                                  {"modes", nlohmann::ordered_json::array()}};
   for (int i = 0; i < modes.count(); ++i) {
     json["modes"].push_back({{"natural_frequency_hz", modes.natural_frequency_hz(i)}});
@@ -84,7 +85,7 @@ void run(const ModesCommand& command) {
   for (int i = 0; i < rung.modes.count(); ++i) {
     text += fmt::format("{:4d} {:16.6g}\n", i + 1, rung.modes.natural_frequency_hz(i));
   }
-  print_result(text);
+  print_result(text + rung.modes.message + "\n");
 }
 
 }  // namespace

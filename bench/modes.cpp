@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -86,11 +87,14 @@ Outcome run(const ElasticBody& body,
   options.solver.kind = kind;
   reset_peak();
   const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
   const Eigenmodes modes = compute_eigenmodes(body, free, options);
   fmt::print(
-      "  modes:  {:.2f} s, peak {:.2f} GB, first {:.6g} Hz, orthonormal to {:.0e}, residual "
+      "  modes:  {:.2f} s ({:.2f} s of processor), peak {:.2f} GB, first {:.6g} Hz, orthonormal to "
+      "{:.0e}, residual "
       "{:.0e}; {}\n",
       seconds_since(start),
+      static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC,
       1e-9 * peak_bytes(),
       modes.usable() ? modes.natural_frequency_hz(settings.free_body ? 6 : 0) : 0.0,
       modes.max_orthonormality_error,
