@@ -39,6 +39,7 @@ std::string modes_json(const HexMesh& mesh, const Eigenmodes& modes) {
                                    mesh.actual_dx_m.z() * kMillimetresPerMetre}},
                                  {"elements", mesh.num_elements()},
                                  {"nodes", mesh.num_nodes()},
+                                 {"solver", modes.message},
                                  {"modes", nlohmann::ordered_json::array()}};
   json["mesh_volume_mm3"] = mesh.volume() * kCubicMillimetresPerCubicMetre;
   json["part_volume_mm3"] = nullptr;
@@ -101,7 +102,7 @@ void run(ModesCommand command) {
     text += fmt::format("{:4d} {:16.6g}\n", i + 1, rung.modes.natural_frequency_hz(i));
   }
   for (const std::string& note : rung.mesh.notes) text += "note: " + note + "\n";
-  print_result(text);
+  print_result(text + rung.modes.message + "\n");
 }
 
 }  // namespace
@@ -112,7 +113,7 @@ void add_modes_command(CLI::App& cli) {
   auto command = std::make_shared<ModesCommand>();
   sub->add_option("rig", command->rig, "rig file (*.toml)")->required();
   sub->add_option("--dx", command->dx_mm, "cell size [mm]; not of a mesh file");
-  sub->add_option("--element", command->element, "hex8 or hex20")->capture_default_str();
+  sub->add_option("--element", command->element, "hex8, hex20 or hex8e")->capture_default_str();
   sub->add_option("--partial-cells",
                   command->partial_cells,
                   "none, mass or mass_and_stiffness; default: the rig's");

@@ -106,7 +106,7 @@ void add_render_command(CLI::App& cli) {
   sub->add_option("--out", command->output, "film to write (*.mp4); truth beside it as .truth.json")
       ->required();
   sub->add_option("--dx", command->dx_mm, "cell size [mm]; default: the smallest edge of the part");
-  sub->add_option("--element", command->element, "hex8 or hex20")->capture_default_str();
+  sub->add_option("--element", command->element, "hex8, hex20 or hex8e")->capture_default_str();
   sub->add_option("--amplitude", command->options.amplitude, "factor on the rig's release")
       ->capture_default_str();
   sub->add_option("--hold", command->options.hold_s, "held before the release [s]")

@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
   CLI::App app("Time and iterations of a Newmark step");
   app.add_option("rig", settings.rig, "rig file")->required();
   app.add_option("--dx-mm", settings.dx_mm, "cell size [mm]");
-  app.add_option("--element", settings.element, "hex8 or hex20");
+  app.add_option("--element", settings.element, "hex8, hex20 or hex8e");
   app.add_option("--pull-mm", settings.pull_mm, "deflection before the release [mm]");
   app.add_option("--step-s", settings.step_s, "time step [s]");
   app.add_option("--b-s", settings.b_s, "stiffness damping [s]");

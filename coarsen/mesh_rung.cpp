@@ -130,7 +130,7 @@ MeshRung compute_rung(const Rig& rig,
 long count_dofs(const Rig& rig, double dx_m, ElementKind kind) {
   const HexMesh mesh = mesh_part(rig, dx_m, ElementKind::Hex8);
   const long corners = mesh.num_nodes();
-  if (kind == ElementKind::Hex8) return 3 * corners;
+  if (kind != ElementKind::Hex20) return 3 * corners;
   const long cells = mesh.num_elements();
   const long outer_faces = static_cast<long>(surface_faces(mesh).size());
   const long edges = corners + 2 * cells + outer_faces / 2 - 1;

@@ -4,11 +4,12 @@
 #include "core/constants.hpp"
 #include "core/dense_algebra.hpp"
 #include "core/error.hpp"
+#include "fem/detail/eigenmodes_multigrid.hpp"
+#include "fem/detail/first_lambda.hpp"
 #include "fem/detail/rigid_modes.hpp"
 #include "fem/detail/shift_invert_lanczos.hpp"
 #include "fem/linear_solver.hpp"
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,26 +49,6 @@ SparseMatrix shifted_stiffness(const ElasticBody& body,
   SparseMatrix K = body.stiffness(u);
   if (sigma != 0.0) body.add_scaled_mass(-sigma, K);
   return free.size() == K.rows() ? K : free.restrict_matrix(K);
-}
-
-/// Rough size of the first elastic eigenvalue: a free beam as long as the body is large and as
-/// thick as twice its volume over its surface.
-double estimate_first_lambda(const ElasticBody& body) {
-  const HexMesh& mesh = body.mesh();
-  double wave_speed2 = kInfinity;
-  for (const ElasticMaterial& material : body.materials()) {
-    wave_speed2 = std::min(wave_speed2, material.youngs_modulus_pa / material.density_kg_m3);
-  }
-  double area = 0.0;
-  for (const auto& face : surface_faces(mesh)) {
-    const Eigen::Vector3d diagonal = mesh.nodes.col(face[2]) - mesh.nodes.col(face[0]);
-    const Eigen::Vector3d other = mesh.nodes.col(face[3]) - mesh.nodes.col(face[1]);
-    area += 0.5 * diagonal.cross(other).norm();
-  }
-  const double thickness = 2.0 * mesh.volume() / area;
-  const double length = (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).norm();
-  const double beta_l = 4.730041;
-  return std::pow(beta_l, 4) / 12.0 * wave_speed2 * std::pow(thickness, 2) / std::pow(length, 4);
 }
 
 Eigen::MatrixXd apply_mass(const FreeProblem& problem, const Eigen::MatrixXd& X) {
@@ -238,6 +219,7 @@ void EigenmodeOptions::check() const {
   if (!(tolerance > 0.0 && tolerance < 1e-2)) {
     throw InputError(fmt::format("tolerance is {}, must be > 0 and < 0.01", tolerance));
   }
+  solver.check();
 }
 
 double Eigenmodes::natural_frequency_hz(int index) const {
@@ -256,6 +238,13 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
                               const EigenmodeOptions& options,
                               const Eigen::VectorXd& u) {
   check_count(options, free);
+  const MultigridChoice choice = choose_multigrid(body, free, options);
+  if (choice.multigrid) {
+    Eigenmodes modes = compute_modes_by_multigrid(body, free, options, u);
+    modes.message += choice.reason;
+    if (modes.usable()) fix_signs(modes.shapes);
+    return modes;
+  }
   FreeProblem problem = make_free_problem(body, free, u);
   const int size = problem.free.size();
   const bool dense = size <= std::max(kDenseSize, 3 * options.count);
@@ -291,6 +280,10 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
   if (num_presumed == 0) zero_rigid_lambda(modes.lambda_per_s2, problem.num_rigid);
   fix_signs(modes.shapes);
   modes.max_residual = largest_residual(body, problem, u, modes);
+  const Eigen::MatrixXd gram = modes.shapes.transpose() * (body.mass() * modes.shapes);
+  modes.max_orthonormality_error =
+      (gram - Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff();
+  modes.message += choice.reason;
   return modes;
 }
 

@@ -4,6 +4,7 @@
 #include "core/progress.hpp"
 #include "core/termination.hpp"
 #include "fem/elastic_body.hpp"
+#include "fem/stiffness_solver.hpp"
 
 #include <Eigen/Core>
 
@@ -16,6 +17,8 @@ struct EigenmodeOptions {
   int count = 10;            ///< smallest eigenvalues wanted, rigid modes included
   double tolerance = 1e-10;  ///< relative, of the Ritz values [-]
   ProgressCallback progress = {};
+  /// Which solver: its kind, how large a factor may become, how coarse the coarsest grid is.
+  StiffnessSolverOptions solver = {};
   void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
@@ -26,7 +29,9 @@ struct Eigenmodes {
   double max_residual =
       0.0;  ///< largest ‖K phi - lambda M phi‖ / ‖K phi‖ over the elastic modes [-]
   Termination termination = Termination::NotRun;
-  std::string message;  ///< one sentence for a person
+  std::string message;  ///< one sentence for a person; names the solver and why it was chosen
+  double max_orthonormality_error = 0.0;  ///< largest entry of |shapes' M shapes - 1| [-]
+  StiffnessSolverKind solver = StiffnessSolverKind::Factor;  ///< that was used
 
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
   [[nodiscard]] int count() const { return static_cast<int>(lambda_per_s2.size()); }
@@ -34,9 +39,13 @@ struct Eigenmodes {
   [[nodiscard]] double natural_frequency_hz(int index) const;
 };
 
-/// Eigenmodes of K(u) with `held_nodes` at rest, by ARPACK in shift-invert mode; a free body (no
-/// held node) has six rigid modes. Each shape's largest entry is positive. Beyond buckling
-/// eigenvalues are negative. One factorization and two to three solves for each mode.
+/// Eigenmodes of K(u) with `held_nodes` at rest; a free body (no held node) has six rigid modes.
+/// Each shape's largest entry is positive. Beyond buckling eigenvalues are negative.
+///
+/// As long as a factor of K fits: ARPACK in shift-invert mode, one factorization and two to three
+/// solves for each mode. On larger voxel meshes of hex8 and hex8e: LOBPCG, preconditioned by one
+/// multigrid cycle, ten to twenty cycles for each mode; its shapes err by about the square root of
+/// the tolerance.
 /// @param u  displacement at which the stiffness is taken (a prestressed state), (3 num_nodes) [m];
 /// empty: undeformed
 /// @throws InputError if more modes are wanted than the mesh has free degrees of freedom

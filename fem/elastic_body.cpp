@@ -10,8 +10,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 namespace twang {
@@ -88,18 +91,27 @@ struct ElasticBody::Impl {
   ElementKernels kernels;
   ElementGeometry geometry;
   ElementBlocks blocks;
-  NodeGraph graph;
   ElementModuli moduli;          ///< of the stiffness
   ElementModuli damping_moduli;  ///< the same times b
-  std::vector<double> node_mass;
-  SparseMatrix mass;
+  std::vector<PointMass> point_masses;
+
+  /// What matrices alone need: far more memory than the rest, made when first asked for.
+  struct Assembly {
+    NodeGraph graph;
+    std::vector<double> node_mass;  ///< for each of the graph's neighbours
+    SparseMatrix mass;
+  };
+  mutable std::once_flag assembling;
+  mutable std::unique_ptr<Assembly> assembly;
+  [[nodiscard]] Assembly& assembled() const;
 
   Impl(HexMesh mesh_of_body,
        std::vector<ElasticMaterial> materials_of_body,
        ConstitutiveModel model_of_body);
 
   [[nodiscard]] ElementModuli scaled_moduli(bool by_damping) const;
-  void add_element_masses();
+  [[nodiscard]] std::vector<double> element_masses(const NodeGraph& graph) const;
+  static void add_to(Assembly& assembly, const PointMass& point);
 
   /// `u`, or zeros where it is empty.
   [[nodiscard]] Eigen::VectorXd whole(const Eigen::VectorXd& u, const char* name) const;
@@ -121,13 +133,34 @@ ElasticBody::Impl::Impl(HexMesh mesh_of_body,
       model(model_of_body),
       kernels(select_kernels(mesh.kind, model)),
       geometry(mesh),
-      blocks(mesh),
-      graph(mesh) {
+      blocks(mesh) {
   check_materials(mesh, materials);
   check_fill(mesh);
   moduli = scaled_moduli(false);
   damping_moduli = scaled_moduli(true);
-  add_element_masses();
+}
+
+ElasticBody::Impl::Assembly& ElasticBody::Impl::assembled() const {
+  std::call_once(assembling, [this] {
+    auto made = std::make_unique<Assembly>(Assembly{NodeGraph(mesh), {}, {}});
+    made->node_mass = element_masses(made->graph);
+    for (const PointMass& point : point_masses) add_to(*made, point);
+    made->mass = made->graph.diagonal_blocks(made->node_mass);
+    assembly = std::move(made);
+  });
+  return *assembly;
+}
+
+void ElasticBody::Impl::add_to(Assembly& assembly, const PointMass& point) {
+  for (std::size_t b = 0; b < point.nodes.size(); ++b) {
+    for (std::size_t a = 0; a < point.nodes.size(); ++a) {
+      const int at = assembly.graph.start(point.nodes[b]) +
+                     assembly.graph.find(point.nodes[a], point.nodes[b]);
+      assembly.node_mass[static_cast<std::size_t>(at)] +=
+          point.mass_kg * point.weights[static_cast<Eigen::Index>(a)] *
+          point.weights[static_cast<Eigen::Index>(b)];
+    }
+  }
 }
 
 ElementModuli ElasticBody::Impl::scaled_moduli(bool by_damping) const {
@@ -147,8 +180,8 @@ ElementModuli ElasticBody::Impl::scaled_moduli(bool by_damping) const {
   return result;
 }
 
-void ElasticBody::Impl::add_element_masses() {
-  node_mass.assign(graph.neighbours().size(), 0.0);
+std::vector<double> ElasticBody::Impl::element_masses(const NodeGraph& graph) const {
+  std::vector<double> node_mass(graph.neighbours().size(), 0.0);
   Eigen::MatrixXd products = geometry.shape_products(0);
   for (int e = 0; e < mesh.num_elements(); ++e) {
     if (!geometry.congruent()) products = geometry.shape_products(e);
@@ -163,7 +196,7 @@ void ElasticBody::Impl::add_element_masses() {
       }
     }
   }
-  mass = graph.diagonal_blocks(node_mass);
+  return node_mass;
 }
 
 Eigen::VectorXd ElasticBody::Impl::whole(const Eigen::VectorXd& u, const char* name) const {
@@ -224,6 +257,7 @@ void ElasticBody::Impl::scatter_tangent(int element,
                                         int lane,
                                         const double* tangent,
                                         double* values) const {
+  const NodeGraph& graph = assembly->graph;
   const int nodes = static_cast<int>(mesh.elements.rows());
   const double* block = tangent + lane;
   for (int a = 0; a < nodes; ++a) {
@@ -250,7 +284,7 @@ void ElasticBody::Impl::sum_tangents(const ElementModuli& with,
                                      const Eigen::VectorXd& u,
                                      double* values) const {
   constexpr std::size_t kMaxPairs = kMaxNodes * (kMaxNodes + 1) / 2;
-  std::fill(values, values + 9 * graph.neighbours().size(), 0.0);
+  std::fill(values, values + 9 * assembled().graph.neighbours().size(), 0.0);
   blocks.for_each_batch([&](int index) {
     std::array<double, 3 * kMaxNodes * kLanes> u_lanes;
     std::array<double, kMaxPairs * 9 * kLanes> tangent;
@@ -276,23 +310,26 @@ ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
 const HexMesh& ElasticBody::mesh() const { return m_impl->mesh; }
 const std::vector<ElasticMaterial>& ElasticBody::materials() const { return m_impl->materials; }
 ConstitutiveModel ElasticBody::model() const { return m_impl->model; }
-const SparseMatrix& ElasticBody::mass() const { return m_impl->mass; }
+const SparseMatrix& ElasticBody::mass() const { return m_impl->assembled().mass; }
 
 void ElasticBody::add_point_mass(const MeshPoint& point, double mass_kg) {
   if (!(mass_kg > 0.0) || !std::isfinite(mass_kg)) {
     throw InputError(fmt::format("a point mass is {} kg, must be > 0", mass_kg));
   }
-  for (std::size_t b = 0; b < point.nodes.size(); ++b) {
-    for (std::size_t a = 0; a < point.nodes.size(); ++a) {
-      const int rank = m_impl->graph.find(point.nodes[a], point.nodes[b]);
-      if (rank < 0) throw InputError("a point mass lies at a point of another mesh");
-      const int at = m_impl->graph.start(point.nodes[b]) + rank;
-      m_impl->node_mass[static_cast<std::size_t>(at)] +=
-          mass_kg * point.weights[static_cast<Eigen::Index>(a)] *
-          point.weights[static_cast<Eigen::Index>(b)];
-    }
-  }
-  m_impl->mass = m_impl->graph.diagonal_blocks(m_impl->node_mass);
+  const bool known = point.element >= 0 && point.element < m_impl->mesh.num_elements() &&
+                     std::equal(point.nodes.begin(),
+                                point.nodes.end(),
+                                m_impl->mesh.elements.col(point.element).begin(),
+                                m_impl->mesh.elements.col(point.element).end());
+  if (!known) throw InputError("a point mass lies at a point of another mesh");
+  m_impl->point_masses.push_back({point.nodes, point.weights, mass_kg});
+  if (m_impl->assembly == nullptr) return;
+  Impl::add_to(*m_impl->assembly, m_impl->point_masses.back());
+  m_impl->assembly->mass = m_impl->assembly->graph.diagonal_blocks(m_impl->assembly->node_mass);
+}
+
+const std::vector<ElasticBody::PointMass>& ElasticBody::point_masses() const {
+  return m_impl->point_masses;
 }
 
 double ElasticBody::elastic_energy(const Eigen::VectorXd& u) const {
@@ -316,13 +353,13 @@ Eigen::VectorXd ElasticBody::internal_force(const Eigen::VectorXd& u) const {
 }
 
 SparseMatrix ElasticBody::stiffness(const Eigen::VectorXd& u) const {
-  SparseMatrix K = m_impl->graph.stiffness_pattern();
+  SparseMatrix K = m_impl->assembled().graph.stiffness_pattern();
   m_impl->sum_tangents(m_impl->moduli, m_impl->whole(u, "u"), K.valuePtr());
   return K;
 }
 
 SparseMatrix ElasticBody::stiffness_damping(const Eigen::VectorXd& u) const {
-  SparseMatrix D = m_impl->graph.stiffness_pattern();
+  SparseMatrix D = m_impl->assembled().graph.stiffness_pattern();
   m_impl->sum_tangents(m_impl->damping_moduli, m_impl->whole(u, "u"), D.valuePtr());
   return D;
 }
@@ -342,7 +379,8 @@ Eigen::VectorXd ElasticBody::stiffness_damping_force(const Eigen::VectorXd& u,
 }
 
 void ElasticBody::add_scaled_mass(double factor, SparseMatrix& A) const {
-  const NodeGraph& graph = m_impl->graph;
+  const Impl::Assembly& assembly = m_impl->assembled();
+  const NodeGraph& graph = assembly.graph;
   if (A.rows() != m_impl->mesh.num_dofs() || !A.isCompressed() ||
       A.nonZeros() != 9 * static_cast<Eigen::Index>(graph.neighbours().size())) {
     throw InputError("the mass is added to a matrix that is not a stiffness of the same body");
@@ -351,7 +389,7 @@ void ElasticBody::add_scaled_mass(double factor, SparseMatrix& A) const {
     for (int column = 0; column < 3; ++column) {
       double* to = A.valuePtr() + graph.column_start(b, column) + column;
       for (int i = 0; i < graph.degree(b); ++i) {
-        to[3 * i] += factor * m_impl->node_mass[static_cast<std::size_t>(graph.start(b) + i)];
+        to[3 * i] += factor * assembly.node_mass[static_cast<std::size_t>(graph.start(b) + i)];
       }
     }
   }
@@ -359,7 +397,7 @@ void ElasticBody::add_scaled_mass(double factor, SparseMatrix& A) const {
 
 Eigen::VectorXd ElasticBody::gravity_force(const Eigen::Vector3d& gravity_m_s2) const {
   // The shape functions sum to one, so the mass times a uniform acceleration is the load.
-  return m_impl->mass * gravity_m_s2.replicate(m_impl->mesh.num_nodes(), 1);
+  return mass() * gravity_m_s2.replicate(m_impl->mesh.num_nodes(), 1);
 }
 
 }  // namespace twang

@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -42,9 +41,15 @@ class ElasticBody {
 
   /// Adds a weight at a point of the mesh to the mass matrix and to `gravity_force`.
   void add_point_mass(const MeshPoint& point, double mass_kg);
+  struct PointMass {
+    std::vector<int> nodes;
+    Eigen::VectorXd weights;  ///< of the nodes [-]
+    double mass_kg = 0.0;
+  };
+  [[nodiscard]] const std::vector<PointMass>& point_masses() const;
 
   /// Consistent mass matrix by the element's quadrature [kg]; it holds a third of the entries of a
-  /// stiffness.
+  /// stiffness. Assembled when first asked for, as is the pattern of the matrices.
   [[nodiscard]] const SparseMatrix& mass() const;
   /// A += factor M for a matrix that `stiffness` or `stiffness_damping` returned, in its own
   /// pattern.

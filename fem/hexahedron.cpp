@@ -72,16 +72,21 @@ Quadrature gauss_product(const std::vector<double>& abscissae, const std::vector
 }  // namespace
 
 std::string_view to_string(ElementKind kind) {
-  return kind == ElementKind::Hex8 ? "hex8" : "hex20";
+  if (kind == ElementKind::Hex8) return "hex8";
+  return kind == ElementKind::Hex20 ? "hex20" : "hex8e";
 }
 
 ElementKind element_kind_from(std::string_view name) {
   if (name == "hex8") return ElementKind::Hex8;
   if (name == "hex20") return ElementKind::Hex20;
-  throw InputError(fmt::format("element is \"{}\", must be \"hex8\" or \"hex20\"", name));
+  if (name == "hex8e") return ElementKind::Hex8e;
+  throw InputError(
+      fmt::format("element is \"{}\", must be \"hex8\", \"hex20\" or \"hex8e\"", name));
 }
 
-int nodes_per_element(ElementKind kind) { return kind == ElementKind::Hex8 ? 8 : 20; }
+int nodes_per_element(ElementKind kind) { return kind == ElementKind::Hex20 ? 20 : 8; }
+
+int num_internal_modes(ElementKind kind) { return kind == ElementKind::Hex8e ? 3 : 0; }
 
 Eigen::Vector3d reference_node(int node) {
   const auto& at = kNodes[static_cast<std::size_t>(node)];
@@ -105,7 +110,7 @@ const Quadrature& quadrature(ElementKind kind) {
       gauss_product({-1.0 / std::sqrt(3.0), 1.0 / std::sqrt(3.0)}, {1, 1});
   static const Quadrature three =
       gauss_product({-std::sqrt(0.6), 0.0, std::sqrt(0.6)}, {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0});
-  return kind == ElementKind::Hex8 ? two : three;
+  return kind == ElementKind::Hex20 ? three : two;
 }
 
 }  // namespace twang

@@ -10,7 +10,14 @@
 
 namespace twang {
 
-enum class SolveStatus { Ok, NotPositiveDefinite, OutOfMemory, NotFactorized, Failed };
+enum class SolveStatus {
+  Ok,
+  NotPositiveDefinite,
+  OutOfMemory,
+  NotFactorized,
+  Failed,
+  NotConverged  ///< of iterative solvers
+};
 
 /// Symmetric linear systems in three phases; of a matrix stored whole only the upper triangle is
 /// read. Callers never name a library.

@@ -162,7 +162,7 @@ class NodeNumbering {
   }
 
  private:
-  [[nodiscard]] int points_per_cell() const { return m_kind == ElementKind::Hex8 ? 1 : 2; }
+  [[nodiscard]] int points_per_cell() const { return m_kind == ElementKind::Hex20 ? 2 : 1; }
 
   [[nodiscard]] Eigen::Vector3d position(std::size_t at) const {
     Eigen::Vector3d x = m_grid.origin;

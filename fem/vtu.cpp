@@ -76,7 +76,7 @@ std::string cell_arrays(const HexMesh& mesh, AppendedData& data) {
     offsets[e] = static_cast<std::int64_t>(e + 1) * elements.rows();
   }
   const std::vector<std::uint8_t> types(
-      num_elements, mesh.kind == ElementKind::Hex8 ? kVtkHexahedron : kVtkQuadraticHexahedron);
+      num_elements, mesh.kind == ElementKind::Hex20 ? kVtkQuadraticHexahedron : kVtkHexahedron);
   std::string xml = "      <Cells>\n";
   xml += data_array("Int64", "connectivity", 1, data.add(std::span(connectivity)));
   xml += data_array("Int64", "offsets", 1, data.add(std::span(std::as_const(offsets))));

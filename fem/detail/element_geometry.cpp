@@ -52,42 +52,102 @@ bool all_congruent(const HexMesh& mesh) {
   return true;
 }
 
+/// Where an element's energy is summed; beside its quadrature's points, for hex8e, the middles of
+/// the faces.
+Quadrature energy_rule(ElementKind kind) {
+  Quadrature rule = quadrature(kind);
+  if (kind != ElementKind::Hex8e) return rule;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      rule.points.push_back(side * Eigen::Vector3d::Unit(axis));
+      rule.weights.push_back(8.0 / 6.0);
+    }
+  }
+  return rule;
+}
+
+/// Weights and gradients of one element: a column for each point, three rows for each node and
+/// internal mode.
+struct PointTable {
+  Eigen::VectorXd weights;
+  Eigen::MatrixXd gradients;
+};
+
+/// sum of weight times gradient over the sum of weights.
+Eigen::VectorXd mean(const Eigen::MatrixXd& gradients, const Eigen::VectorXd& weights) {
+  return gradients * weights / weights.sum();
+}
+
+/// Gives the points behind the quadrature's the same volume and mean gradients as those.
+void match_points(Eigen::Index num_points, PointTable& table) {
+  const Eigen::Index extra = table.weights.size() - num_points;
+  if (extra == 0) return;
+  auto weights = table.weights.tail(extra);
+  weights *= table.weights.head(num_points).sum() / weights.sum();
+  auto gradients = table.gradients.rightCols(extra);
+  const Eigen::VectorXd shift =
+      mean(table.gradients.leftCols(num_points), table.weights.head(num_points)) -
+      mean(gradients, weights);
+  gradients.colwise() += shift;
+}
+
+PointTable point_table(ElementKind kind, const Eigen::Matrix3Xd& X, int element) {
+  const Quadrature rule = energy_rule(kind);
+  const auto num_points = static_cast<Eigen::Index>(rule.points.size());
+  const Eigen::Index num_nodes = X.cols();
+  const Eigen::Matrix3d middle = X * shape_gradients(kind, Eigen::Vector3d::Zero()).transpose();
+  PointTable table;
+  table.weights.resize(num_points);
+  table.gradients.resize(3 * (num_nodes + num_internal_modes(kind)), num_points);
+  for (Eigen::Index g = 0; g < num_points; ++g) {
+    const Eigen::Vector3d xi = rule.points[static_cast<std::size_t>(g)];
+    const Eigen::Matrix3Xd reference = shape_gradients(kind, xi);
+    const Eigen::Matrix3d jacobian = X * reference.transpose();
+    const double volume = jacobian.determinant();
+    if (!(volume > 0.0)) {
+      throw InputError(fmt::format(
+          "element {} is turned inside out or flat: its Jacobian determinant is {:.3g} m³, must "
+          "be > 0",
+          element,
+          volume));
+    }
+    table.weights[g] = volume * rule.weights[static_cast<std::size_t>(g)];
+    const Eigen::Matrix3Xd dN = jacobian.transpose().inverse() * reference;
+    table.gradients.col(g).head(3 * num_nodes) = dN.reshaped();
+    if (num_internal_modes(kind) == 0) continue;
+    const Eigen::Matrix3d enhanced = middle.determinant() / volume * middle.transpose().inverse() *
+                                     Eigen::Matrix3d(xi.asDiagonal());
+    table.gradients.col(g).tail(9) = enhanced.reshaped();
+  }
+  match_points(static_cast<Eigen::Index>(quadrature(kind).points.size()), table);
+  return table;
+}
+
 }  // namespace
 
 ElementGeometry::ElementGeometry(const HexMesh& mesh) : m_kind(mesh.kind) {
   check_connectivity(mesh);
   m_num_batches = (mesh.num_elements() + kLanes - 1) / kLanes;
   m_congruent = all_congruent(mesh);
-  const Quadrature& rule = quadrature(m_kind);
-  const auto num_points = rule.points.size();
-  const auto num_nodes = static_cast<std::size_t>(nodes_per_element(m_kind));
+  const std::size_t num_points = energy_rule(m_kind).points.size();
+  const auto num_rows =
+      static_cast<std::size_t>(3 * (nodes_per_element(m_kind) + num_internal_modes(m_kind)));
   const auto batch_size = static_cast<std::size_t>(m_congruent ? 1 : kLanes);
   const auto num_tables = static_cast<std::size_t>(m_congruent ? 1 : m_num_batches);
   m_weights.resize(num_tables * num_points * batch_size);
-  m_gradients.resize(m_weights.size() * num_nodes * 3);
-  std::vector<Eigen::Matrix3Xd> reference;
-  for (const auto& xi : rule.points) reference.push_back(shape_gradients(m_kind, xi));
-
+  m_gradients.resize(m_weights.size() * num_rows);
   for (std::size_t slot = 0; slot < num_tables * batch_size; ++slot) {
     // The last batch is filled up with copies of the last element.
     const int element = std::min(static_cast<int>(slot), mesh.num_elements() - 1);
-    const Eigen::Matrix3Xd X = positions_of(mesh, element);
+    const PointTable table = point_table(m_kind, positions_of(mesh, element), element);
+    const std::size_t lane = slot % batch_size;
     for (std::size_t g = 0; g < num_points; ++g) {
-      const Eigen::Matrix3d jacobian = X * reference[g].transpose();
-      const double volume = jacobian.determinant();
-      if (!(volume > 0.0)) {
-        throw InputError(fmt::format(
-            "element {} is turned inside out or flat: its Jacobian determinant is {:.3g} m³, must "
-            "be > 0",
-            element,
-            volume));
-      }
-      const Eigen::Matrix3Xd dN = jacobian.transpose().inverse() * reference[g];
       const std::size_t at = (slot / batch_size) * num_points + g;
-      const std::size_t lane = slot % batch_size;
-      m_weights[at * batch_size + lane] = volume * rule.weights[g];
-      for (std::size_t i = 0; i < num_nodes * 3; ++i) {
-        m_gradients[(at * num_nodes * 3 + i) * batch_size + lane] = dN.data()[i];
+      const auto column = static_cast<Eigen::Index>(g);
+      m_weights[at * batch_size + lane] = table.weights[column];
+      for (std::size_t i = 0; i < num_rows; ++i) {
+        m_gradients[(at * num_rows + i) * batch_size + lane] =
+            table.gradients(static_cast<Eigen::Index>(i), column);
       }
     }
   }

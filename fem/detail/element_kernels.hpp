@@ -13,8 +13,9 @@ inline constexpr int kLanes = 4;
 /// Congruent elements share one table; others have a lane each.
 struct BatchGeometry {
   bool congruent = true;
-  const double* gradients = nullptr;  ///< [point][node][xyz], with [lane] unless congruent [1/m]
-  const double* weights = nullptr;    ///< [point], with [lane] unless congruent [m³]
+  /// [point][node][xyz], with [lane] unless congruent; internal modes behind the nodes [1/m]
+  const double* gradients = nullptr;
+  const double* weights = nullptr;  ///< [point], with [lane] unless congruent [m³]
 };
 
 /// kLanes elements of one kind and constitutive model.

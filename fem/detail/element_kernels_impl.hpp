@@ -26,13 +26,16 @@ struct Mat3 {
   Vec m[3][3];
 };
 
-template <int N, int G>
+/// Of the points the first carry mu and the last lambda; where not split, all carry both.
+template <int N, int G, int Split = 0>
 struct Size {
   static constexpr int nodes = N;
   static constexpr int points = G;
+  static constexpr int split = Split;
 };
 using Hex8 = Size<8, 8>;
 using Hex20 = Size<20, 27>;
+using Hex8e = Size<11, 14, 8>;  ///< eight nodes and three internal modes that move as nodes do
 
 /// dN/dx and weights; broadcast where the elements are congruent.
 template <class Element, bool Congruent>
@@ -57,6 +60,14 @@ struct Geometry<Element, false> {
   }
   TWANG_INLINE void weight(int g, Vec& value) const { load(weights + g * kLanes, value); }
 };
+
+/// Lamé's constants of a batch at point g.
+template <class Element>
+TWANG_INLINE void load_moduli(const ElementBatch& batch, int g, Vec& mu, Vec& lambda) {
+  mu = lambda = Vec{};
+  if (Element::split == 0 || g < Element::split) load(batch.mu, mu);
+  if (g >= Element::split) load(batch.lambda, lambda);
+}
 
 /// sum_a field_a ⊗ dN_a/dx at point g.
 template <class Element, bool Congruent>
@@ -223,12 +234,11 @@ TWANG_INLINE void green_strain(const Mat3& H, Mat3& E) {
 template <class Element, class Model, bool Congruent>
 void energy_kernel(const ElementBatch& batch, double* result) {
   const Geometry<Element, Congruent> geometry{batch.geometry.gradients, batch.geometry.weights};
-  Vec mu, lambda, sum = {};
-  load(batch.mu, mu);
-  load(batch.lambda, lambda);
+  Vec sum = {};
   for (int g = 0; g < Element::points; ++g) {
     Mat3 H;
-    Vec density;
+    Vec mu, lambda, density;
+    load_moduli<Element>(batch, g, mu, lambda);
     field_gradient(geometry, g, batch.u, H);
     Model::energy(mu, lambda, H, density);
     typename Geometry<Element, Congruent>::Scalar weight;
@@ -241,12 +251,11 @@ void energy_kernel(const ElementBatch& batch, double* result) {
 template <class Element, class Model, bool Congruent>
 void force_kernel(const ElementBatch& batch, double* result) {
   const Geometry<Element, Congruent> geometry{batch.geometry.gradients, batch.geometry.weights};
-  Vec mu, lambda;
-  load(batch.mu, mu);
-  load(batch.lambda, lambda);
   for (int i = 0; i < 3 * Element::nodes * kLanes; ++i) result[i] = 0.0;
   for (int g = 0; g < Element::points; ++g) {
     Mat3 H, P;
+    Vec mu, lambda;
+    load_moduli<Element>(batch, g, mu, lambda);
     field_gradient(geometry, g, batch.u, H);
     Model::stress(mu, lambda, H, P);
     add_divergence(geometry, g, P, result);
@@ -256,12 +265,11 @@ void force_kernel(const ElementBatch& batch, double* result) {
 template <class Element, class Model, bool Congruent>
 void product_kernel(const ElementBatch& batch, double* result) {
   const Geometry<Element, Congruent> geometry{batch.geometry.gradients, batch.geometry.weights};
-  Vec mu, lambda;
-  load(batch.mu, mu);
-  load(batch.lambda, lambda);
   for (int i = 0; i < 3 * Element::nodes * kLanes; ++i) result[i] = 0.0;
   for (int g = 0; g < Element::points; ++g) {
     Mat3 H = {}, dF, dP;
+    Vec mu, lambda;
+    load_moduli<Element>(batch, g, mu, lambda);
     if (!Model::is_linear) field_gradient(geometry, g, batch.u, H);
     field_gradient(geometry, g, batch.w, dF);
     Model::differential(mu, lambda, H, dF, dP);
@@ -283,11 +291,10 @@ template <class Element, class Model, bool Congruent>
 TWANG_INLINE void fill_tables(const Geometry<Element, Congruent>& geometry,
                               const ElementBatch& batch,
                               TangentTables<Element>& tables) {
-  Vec mu, lambda;
-  load(batch.mu, mu);
-  load(batch.lambda, lambda);
   for (int g = 0; g < Element::points; ++g) {
     Mat3 H = {};
+    Vec mu, lambda;
+    load_moduli<Element>(batch, g, mu, lambda);
     if (!Model::is_linear) field_gradient(geometry, g, batch.u, H);
     typename Geometry<Element, Congruent>::Scalar weight;
     geometry.weight(g, weight);
@@ -356,45 +363,13 @@ void tangent_kernel(const ElementBatch& batch, double* result) {
   }
 }
 
-template <class Element, class Model>
-ElementKernels kernels_of() {
-  return {
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return energy_kernel<Element, Model, true>(batch, result);
-        energy_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return force_kernel<Element, Model, true>(batch, result);
-        force_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return product_kernel<Element, Model, true>(batch, result);
-        product_kernel<Element, Model, false>(batch, result);
-      },
-      [](const ElementBatch& batch, double* result) {
-        if (batch.geometry.congruent) return tangent_kernel<Element, Model, true>(batch, result);
-        tangent_kernel<Element, Model, false>(batch, result);
-      },
-  };
-}
-
-template <class Element>
-ElementKernels kernels_of(ConstitutiveModel model) {
-  switch (model) {
-    case ConstitutiveModel::NeoHookean:
-      return kernels_of<Element, NeoHookean>();
-    case ConstitutiveModel::SaintVenantKirchhoff:
-      return kernels_of<Element, SaintVenantKirchhoff>();
-    case ConstitutiveModel::Linear:
-      break;
-  }
-  return kernels_of<Element, Linear>();
-}
+#include "fem/detail/element_dispatch_impl.hpp"
 
 }  // namespace
 
 ElementKernels kernels(ElementKind kind, ConstitutiveModel model) {
-  return kind == ElementKind::Hex8 ? kernels_of<Hex8>(model) : kernels_of<Hex20>(model);
+  if (kind == ElementKind::Hex8) return kernels_of<Hex8>(model);
+  return kind == ElementKind::Hex20 ? kernels_of<Hex20>(model) : kernels_of<Hex8e>(model);
 }
 
 }  // namespace twang::TWANG_KERNEL_NAMESPACE

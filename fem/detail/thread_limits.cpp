@@ -47,4 +47,10 @@ ThreadLimits::~ThreadLimits() {
   if (m_blas_threads > 0) open_blas().set_num_threads(m_blas_threads);
 }
 
+PoliteThreads::PoliteThreads() : m_threads(omp_get_max_threads()) {
+  if (m_threads > 1 && machine_is_busy()) omp_set_num_threads(1);
+}
+
+PoliteThreads::~PoliteThreads() { omp_set_num_threads(m_threads); }
+
 }  // namespace twang

@@ -23,4 +23,16 @@ class ThreadLimits {
   int m_blas_threads = 0;  ///< to go back to; 0: left alone
 };
 
+/// While it lives, OpenMP regions opened by this thread run in one thread if the machine is busy.
+class PoliteThreads {
+ public:
+  PoliteThreads();
+  ~PoliteThreads();
+  PoliteThreads(const PoliteThreads&) = delete;
+  PoliteThreads& operator=(const PoliteThreads&) = delete;
+
+ private:
+  int m_threads = 1;  ///< to go back to
+};
+
 }  // namespace twang

@@ -68,7 +68,7 @@ TEST(Eigenmodes, AxialBarHasTheExactDiscreteFrequencies) {
 }
 
 TEST(Eigenmodes, FreeBodyHasSixZeroModes) {
-  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {
+  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20, ElementKind::Hex8e}) {
     const ElasticBody body(test::distorted_mesh(kind, 0.1), {test::elastic(3.0, 0.3, 1.0)});
     const Eigenmodes modes = compute_eigenmodes(body, {}, wanted(8));
     expect_true_modes(body, modes);

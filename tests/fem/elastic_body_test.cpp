@@ -66,7 +66,7 @@ class EachBody : public ::testing::TestWithParam<Case> {
 INSTANTIATE_TEST_SUITE_P(
     ElasticBody,
     EachBody,
-    ::testing::Combine(::testing::Values(ElementKind::Hex8, ElementKind::Hex20),
+    ::testing::Combine(::testing::Values(ElementKind::Hex8, ElementKind::Hex20, ElementKind::Hex8e),
                        ::testing::Values(ConstitutiveModel::NeoHookean,
                                          ConstitutiveModel::SaintVenantKirchhoff,
                                          ConstitutiveModel::Linear),

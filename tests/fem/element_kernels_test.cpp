@@ -18,7 +18,7 @@ TEST(ElementKernels, GiveTheSameOnEveryInstructionSet) {
   }
   const std::vector<double> mu = {1.0, 2.0, 0.5, 3.0};
   const std::vector<double> lambda = {4.0, 0.0, 1.5, 2.0};
-  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {
+  for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20, ElementKind::Hex8e}) {
     const int nodes = nodes_per_element(kind);
     const VectorXd u = test::random_vector(3 * nodes * kLanes, 0.05, 1);
     const VectorXd w = test::random_vector(3 * nodes * kLanes, 1.0, 2);

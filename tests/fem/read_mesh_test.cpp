@@ -271,6 +271,13 @@ TEST(ReadMesh, ChangesTheKindOfElements) {
     for (int b = 0; b < 8; ++b) x += N[b] * eight.nodes.col(eight.elements(b, 3));
     EXPECT_LT((twenty.nodes.col(twenty.elements(a, 3)) - x).norm(), 1e-14) << a;
   }
+  const HexMesh enhanced = with_kind(eight, ElementKind::Hex8e);
+  EXPECT_EQ(enhanced.kind, ElementKind::Hex8e);
+  EXPECT_EQ(enhanced.elements, eight.elements);
+  EXPECT_EQ(with_kind(twenty, ElementKind::Hex8e).elements, eight.elements);
+  EXPECT_EQ(mesh_block({{1, 1, 1}, [](const Vector3d& s) { return s; }, {}}, ElementKind::Hex8e)
+                .num_nodes(),
+            8);
   const HexMesh back = with_kind(twenty, ElementKind::Hex8);
   EXPECT_EQ(back.elements, eight.elements);
   EXPECT_EQ(back.nodes, eight.nodes);

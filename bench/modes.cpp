@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Eigenmodes and one static solution of a rig's mesh by sparse factor and by multigrid, one after
+// the other in one run: seconds, iterations, peak memory.
+//
+//   modes RIG [--dx-mm 1.5 0.75 0.375] [--element hex8] [--count 10] [--free] [--max-factor-gb 12]
+#include "core/units.hpp"
+#include "fem/eigenmodes.hpp"
+#include "fem/stiffness_solver.hpp"
+#include "rigs/load_rig.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace twang;
+
+struct Settings {
+  std::string rig;
+  std::string element = "hex8";
+  std::vector<double> dx_mm = {1.5, 0.75, 0.375};
+  int count = 10;
+  bool free_body = false;
+  double max_factor_gb = 12.0;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Starts the count of the peak anew, where the system lets a process do so.
+void reset_peak() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
+
+/// Largest resident set since then; 0 where the system does not tell [byte].
+double peak_bytes() {
+  std::ifstream file("/proc/self/status");
+  std::string line;
+  while (std::getline(file, line)) {
+    if (line.rfind("VmHWM:", 0) == 0) return 1024.0 * std::stod(line.substr(6));
+  }
+  return 0.0;
+}
+
+struct Outcome {
+  bool done = false;
+  Eigen::VectorXd lambda;
+};
+
+void solve_once(const ElasticBody& body, const FreeDofs& free, StiffnessSolverKind kind) {
+  StiffnessSolverOptions options;
+  options.kind = kind;
+  auto start = std::chrono::steady_clock::now();
+  const auto solver = make_stiffness_solver(body, free, options);
+  if (solver->prepare({}) != SolveStatus::Ok) {
+    fmt::print("  static: the matrix could not be prepared\n");
+    return;
+  }
+  const double prepared = seconds_since(start);
+  const Eigen::VectorXd load =
+      free.restrict_vector(Eigen::Vector3d::UnitX().replicate(body.mesh().num_nodes(), 1));
+  Eigen::MatrixXd u;
+  start = std::chrono::steady_clock::now();
+  const StiffnessSolution solution = solver->solve(load, u);
+  fmt::print(
+      "  static: {:.2f} s to prepare, {:.3f} s to solve, {} iterations, residual {:.1e}; {}\n",
+      prepared,
+      seconds_since(start),
+      solution.iterations,
+      solution.relative_residual,
+      solver->description());
+}
+
+Outcome run(const ElasticBody& body,
+            const FreeDofs& free,
+            const Settings& settings,
+            StiffnessSolverKind kind) {
+  EigenmodeOptions options;
+  options.count = settings.count;
+  options.solver.kind = kind;
+  reset_peak();
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
+  const Eigenmodes modes = compute_eigenmodes(body, free, options);
+  fmt::print(
+      "  modes:  {:.2f} s ({:.2f} s of processor), peak {:.2f} GB, first {:.6g} Hz, orthonormal to "
+      "{:.0e}, residual "
+      "{:.0e}; {}\n",
+      seconds_since(start),
+      static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC,
+      1e-9 * peak_bytes(),
+      modes.usable() ? modes.natural_frequency_hz(settings.free_body ? 6 : 0) : 0.0,
+      modes.max_orthonormality_error,
+      modes.max_residual,
+      modes.message);
+  return {modes.usable(), modes.lambda_per_s2};
+}
+
+void compare(const Outcome& factor, const Outcome& multigrid) {
+  if (!factor.done || !multigrid.done) return;
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < factor.lambda.size(); ++k) {
+    if (factor.lambda[k] == 0.0) continue;
+    largest = std::max(largest, std::abs(multigrid.lambda[k] / factor.lambda[k] - 1.0));
+  }
+  fmt::print("  eigenvalues agree to {:.1e}\n", largest);
+}
+
+void bench(const Rig& rig, double dx_mm, const Settings& settings) {
+  HexMesh mesh = mesh_part(rig, dx_mm * kMetresPerMillimetre, element_kind_from(settings.element));
+  std::vector<ElasticMaterial> materials;
+  for (const std::string& name : mesh.material_names) {
+    const auto at = std::find_if(
+        rig.materials.begin(), rig.materials.end(), [&](const auto& m) { return m.name == name; });
+    ElasticMaterial material;
+    material.youngs_modulus_pa = at->youngs_modulus_pa.value_or(1e9);
+    material.poissons_ratio = at->poissons_ratio;
+    material.density_kg_m3 = at->density_kg_m3;
+    materials.push_back(material);
+  }
+  const FreeDofs free(mesh.num_nodes(),
+                      settings.free_body ? std::vector<int>{} : clamped_nodes(mesh, rig));
+  const ElasticBody body(std::move(mesh), std::move(materials));
+  fmt::print("dx {} mm: {} {} elements, {} unknowns\n",
+             dx_mm,
+             body.mesh().num_elements(),
+             settings.element,
+             free.size());
+  if (!settings.free_body) solve_once(body, free, StiffnessSolverKind::Multigrid);
+  const Outcome multigrid = run(body, free, settings, StiffnessSolverKind::Multigrid);
+  const double gigabytes = 1e-9 * estimate_factor_bytes(free.size());
+  if (gigabytes > settings.max_factor_gb) {
+    fmt::print("  no factor: it would take about {:.2g} GB\n", gigabytes);
+    return;
+  }
+  if (!settings.free_body) solve_once(body, free, StiffnessSolverKind::Factor);
+  compare(run(body, free, settings, StiffnessSolverKind::Factor), multigrid);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Settings settings;
+  CLI::App app("Eigenmodes by factor and by multigrid");
+  app.add_option("rig", settings.rig, "rig file")->required();
+  app.add_option("--dx-mm", settings.dx_mm, "cell sizes [mm]");
+  app.add_option("--element", settings.element, "hex8 or hex8e");
+  app.add_option("--count", settings.count, "number of modes");
+  app.add_flag("--free", settings.free_body, "without the rig's clamps");
+  app.add_option("--max-factor-gb", settings.max_factor_gb, "largest factor tried [GB]");
+  CLI11_PARSE(app, argc, argv);
+  RigNeeds needs;
+  needs.part = true;
+  const Rig rig = load_rig(settings.rig, needs);
+  for (const double dx_mm : settings.dx_mm) bench(rig, dx_mm, settings);
+  return 0;
+}
