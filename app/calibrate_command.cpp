@@ -33,6 +33,7 @@ struct CalibrateCommand {
   std::string time_column = "time_s";
   std::optional<double> dx_mm;
   bool no_validation = false;
+  bool each_release = false;
   TrackFlags track;
   InversionFlags inversion;
 };
@@ -53,6 +54,7 @@ CalibrationOptions options_of(const CalibrateCommand& command, const OutputFolde
   options.inversion = command.inversion.options();
   options.track = command.track.options();
   options.validate = !command.no_validation;
+  options.each_release = command.each_release;
   if (command.dx_mm) {
     if (!(*command.dx_mm > 0.0))
       throw InputError(fmt::format("--dx is {}, must be > 0 mm", *command.dx_mm));
@@ -126,7 +128,9 @@ void run(const CalibrateCommand& command) {
   for (std::size_t i = 0; i < count; ++i) {
     write_trace_csv(output.file(numbered("trace", "csv", i, count)), calibration.repeats[i].trace);
   }
-  write_file_atomically(output.file("modes.json"), modes_to_json(calibration.inversion));
+  write_file_atomically(output.file("modes.json"),
+                        count == 1 ? modes_to_json(calibration.inversion)
+                                   : modes_to_json(inversion_of_repeats(calibration)));
   write_material(output.file("material.json"), calibration.material);
   write_file_atomically(output.file("ladder.json"), ladder_json(calibration.ladder));
   write_file_atomically(output.file("table.csv"),
@@ -159,6 +163,9 @@ void add_calibrate_command(CLI::App& cli) {
   sub->add_option("--time-column", command->time_column, "column that holds the time [s]")
       ->capture_default_str();
   sub->add_option("--dx", command->dx_mm, "cell size of the coarse mesh [mm]; default: chosen");
+  sub->add_flag("--each-release",
+                command->each_release,
+                "every release of a recording is a repeat of its own");
   sub->add_flag(
       "--no-validation", command->no_validation, "do not simulate the coarse mesh over the trace");
   command->track.add_to(*sub);

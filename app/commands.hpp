@@ -12,6 +12,7 @@ void add_track_command(CLI::App& cli);
 void add_invert_command(CLI::App& cli);
 void add_modes_command(CLI::App& cli);
 void add_coarsen_command(CLI::App& cli);
+void add_identify_command(CLI::App& cli);
 void add_table_command(CLI::App& cli);
 void add_render_command(CLI::App& cli);
 void add_check_command(CLI::App& cli);

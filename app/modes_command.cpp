@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <memory>
 
 namespace twang::app {
@@ -23,7 +24,11 @@ struct ModesCommand {
   int count = 10;
   std::string vtu;
   std::string json;
+  std::string partial_cells;
 };
+
+constexpr double kCubicMillimetresPerCubicMetre =
+    kMillimetresPerMetre * kMillimetresPerMetre * kMillimetresPerMetre;
 
 std::string modes_json(const HexMesh& mesh, const Eigenmodes& modes) {
   nlohmann::ordered_json json = {{"element", std::string(to_string(mesh.kind))},
@@ -36,6 +41,12 @@ std::string modes_json(const HexMesh& mesh, const Eigenmodes& modes) {
                                  {"nodes", mesh.num_nodes()},
                                  {"solver", modes.message},
                                  {"modes", nlohmann::ordered_json::array()}};
+  json["mesh_volume_mm3"] = mesh.volume() * kCubicMillimetresPerCubicMetre;
+  json["part_volume_mm3"] = nullptr;
+  if (std::isfinite(mesh.part_volume_m3)) {
+    json["part_volume_mm3"] = mesh.part_volume_m3 * kCubicMillimetresPerCubicMetre;
+  }
+  json["notes"] = mesh.notes;
   for (int i = 0; i < modes.count(); ++i) {
     json["modes"].push_back({{"natural_frequency_hz", modes.natural_frequency_hz(i)}});
   }
@@ -57,11 +68,16 @@ void write_shapes(const std::string& folder, const HexMesh& mesh, const Eigenmod
   output.commit();
 }
 
-void run(const ModesCommand& command) {
+void run(ModesCommand command) {
   RigNeeds needs;
-  needs.part = true;
-  const Rig rig = load_rig(command.rig, needs);
+  needs.mesh = true;
+  Rig rig = load_rig(command.rig, needs);
   const ElementKind kind = element_kind_from(command.element);
+  if (!command.partial_cells.empty()) {
+    if (rig.meshing.file) throw InputError("--partial-cells does not belong to a mesh file");
+    rig.meshing.partial_cells = partial_cells_from(command.partial_cells);
+  }
+  if (rig.meshing.file) command.dx_mm = kMillimetresPerMetre;  // plays no role
   if (!(command.dx_mm > 0.0))
     throw InputError(fmt::format("--dx is {}, must be > 0 mm", command.dx_mm));
   if (command.count < 1)
@@ -85,6 +101,7 @@ void run(const ModesCommand& command) {
   for (int i = 0; i < rung.modes.count(); ++i) {
     text += fmt::format("{:4d} {:16.6g}\n", i + 1, rung.modes.natural_frequency_hz(i));
   }
+  for (const std::string& note : rung.mesh.notes) text += "note: " + note + "\n";
   print_result(text + rung.modes.message + "\n");
 }
 
@@ -95,8 +112,11 @@ void add_modes_command(CLI::App& cli) {
       "modes", "Eigenmodes of a rig's mesh, at its stated Young's modulus or 1 Pa");
   auto command = std::make_shared<ModesCommand>();
   sub->add_option("rig", command->rig, "rig file (*.toml)")->required();
-  sub->add_option("--dx", command->dx_mm, "cell size [mm]")->required();
+  sub->add_option("--dx", command->dx_mm, "cell size [mm]; not of a mesh file");
   sub->add_option("--element", command->element, "hex8, hex20 or hex8e")->capture_default_str();
+  sub->add_option("--partial-cells",
+                  command->partial_cells,
+                  "none, mass or mass_and_stiffness; default: the rig's");
   sub->add_option("--count", command->count, "number of modes")->capture_default_str();
   sub->add_option("--vtu", command->vtu, "folder for the mode shapes (*.vtu)");
   sub->add_option(

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "harmonic_inversion/cramer_rao.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
+#include "harmonic_inversion/refine_sinusoids.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +40,16 @@ void close(int count, Spread& spread) {
   spread.within_two /= n;
 }
 
+/// Where least squares ends that starts at the truth.
+DampedPole fit_from_truth(const Trace& trace, const SinusoidTruth& truth) {
+  const std::vector<double>& time_s = trace.time_s;
+  const std::vector<double>& value = trace.channels.front().values;
+  SampleSeries series;
+  series.time_s = Eigen::VectorXd::Map(time_s.data(), static_cast<Eigen::Index>(time_s.size()));
+  series.value = Eigen::VectorXd::Map(value.data(), static_cast<Eigen::Index>(value.size()));
+  return refine_sinusoids({series}, {{truth.frequency_hz, truth.decay_per_s}}).poles.front();
+}
+
 }  // namespace
 
 DrawStatistics draw_sinusoids(const DrawnSinusoid& truth, int draws, std::uint32_t first_seed) {
@@ -51,7 +62,11 @@ DrawStatistics draw_sinusoids(const DrawnSinusoid& truth, int draws, std::uint32
     const SinusoidTruth s =
         sinusoid(truth.frequency_hz, truth.damping_ratio, random_phase(options.seed));
     const CramerRaoBound bound = cramer_rao_bounds({s}, options).front();
-    const InversionResult result = invert_harmonics(synthesize_sinusoids({s}, options), {"y"});
+    const Trace trace = synthesize_sinusoids({s}, options);
+    const DampedPole best = fit_from_truth(trace, s);
+    out.best_frequency += std::pow((best.frequency_hz - s.frequency_hz) / bound.frequency_hz, 2);
+    out.best_decay += std::pow((best.decay_per_s - s.decay_per_s) / bound.decay_per_s, 2);
+    const InversionResult result = invert_harmonics(trace, {"y"});
     if (!result.usable()) {
       ++out.missed;
       continue;
@@ -66,6 +81,8 @@ DrawStatistics draw_sinusoids(const DrawnSinusoid& truth, int draws, std::uint32
   }
   close(draws - out.missed, out.frequency);
   close(draws - out.missed, out.decay);
+  out.best_frequency = std::sqrt(out.best_frequency / draws);
+  out.best_decay = std::sqrt(out.best_decay / draws);
   return out;
 }
 

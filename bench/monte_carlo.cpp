@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -28,30 +29,63 @@ struct Settings {
 
 /// Bounds that hold from here on [dB].
 constexpr double kBoundedFromDb = 30.0;
+constexpr double kMaxOverBound = 1.1;
+/// What is above that, but no further from least squares that starts at the truth and knows the
+/// number of modes, is not the search's doing.
+constexpr double kMaxOverBest = 1.01;
 
-bool is_within(const Spread& spread) {
-  return spread.rmse_over_bound <= 1.1 && spread.within_one >= 0.65 && spread.within_one <= 0.72 &&
-         spread.within_two >= 0.935 && spread.within_two <= 0.97;
+bool is_honest(const Spread& spread) {
+  return spread.within_one >= 0.65 && spread.within_one <= 0.72 && spread.within_two >= 0.935 &&
+         spread.within_two <= 0.97;
 }
 
-std::string columns(const Spread& spread) {
-  return fmt::format("{:>8.3f}{:>7.1f}{:>7.1f}",
+enum class Verdict { Within, AsLeastSquares, Outside };
+
+/// Of f or d.
+Verdict judge(const Spread& spread, double best) {
+  if (!is_honest(spread)) return Verdict::Outside;
+  if (spread.rmse_over_bound <= kMaxOverBound) return Verdict::Within;
+  return spread.rmse_over_bound <= kMaxOverBest * best ? Verdict::AsLeastSquares : Verdict::Outside;
+}
+
+Verdict judge(const DrawStatistics& s) {
+  if (s.missed > 0) return Verdict::Outside;
+  return std::max(judge(s.frequency, s.best_frequency), judge(s.decay, s.best_decay));
+}
+
+std::string describe(Verdict verdict, double snr_db) {
+  if (verdict == Verdict::Within) return "";
+  if (snr_db < kBoundedFromDb) return "  (not bounded)";
+  return verdict == Verdict::Outside ? "  OUTSIDE" : "  outside, as least squares from the truth";
+}
+
+std::string columns(const Spread& spread, double best) {
+  return fmt::format("{:>7.3f}{:>8.3f}{:>7.1f}{:>7.1f}",
                      spread.rmse_over_bound,
+                     best,
                      100.0 * spread.within_one,
                      100.0 * spread.within_two);
 }
 
-int print_table(const Settings& settings) {
-  fmt::print("{} draws each, 481 samples at 240 Hz, phases at random\n", settings.draws);
-  fmt::print("{:>6}{:>6}{:>8} |{:>22} |{:>22} |{:>7}{:>7}\n",
+struct Outside {
+  int rows = 0;              ///< from `kBoundedFromDb` on, whatever the reason
+  int as_least_squares = 0;  ///< of these
+};
+
+Outside print_table(const Settings& settings) {
+  fmt::print(
+      "{} draws each, 481 samples at 240 Hz, phases at random; LS: rmse/bound of least "
+      "squares from the truth\n",
+      settings.draws);
+  fmt::print("{:>6}{:>6}{:>8} |{:>29} |{:>29} |{:>7}{:>7}\n",
              "dB",
              "f",
              "zeta",
-             "f: rmse/bound 1s% 2s%",
-             "d: rmse/bound 1s% 2s%",
+             "f: rmse/bound    LS 1s% 2s%",
+             "d: rmse/bound    LS 1s% 2s%",
              "missed",
              "extra");
-  int outside = 0;
+  Outside outside;
   std::uint32_t seed = settings.seed;
   for (const double snr_db : settings.snrs_db) {
     for (const double frequency_hz : settings.frequencies_hz) {
@@ -59,20 +93,20 @@ int print_table(const Settings& settings) {
         const DrawStatistics s =
             draw_sinusoids({frequency_hz, damping_ratio, snr_db}, settings.draws, seed);
         seed += static_cast<std::uint32_t>(settings.draws);  // rows do not share their noise
-        const bool bounded = snr_db >= kBoundedFromDb;
-        const bool fine = s.missed == 0 && is_within(s.frequency) && is_within(s.decay);
-        outside += bounded && !fine ? 1 : 0;
+        const Verdict verdict = judge(s);
+        if (snr_db >= kBoundedFromDb && verdict != Verdict::Within) {
+          ++outside.rows;
+          outside.as_least_squares += verdict == Verdict::AsLeastSquares ? 1 : 0;
+        }
         fmt::print("{:>6g}{:>6g}{:>8g} |{} |{} |{:>7}{:>7}{}\n",
                    snr_db,
                    frequency_hz,
                    damping_ratio,
-                   columns(s.frequency),
-                   columns(s.decay),
+                   columns(s.frequency, s.best_frequency),
+                   columns(s.decay, s.best_decay),
                    s.missed,
                    s.extra,
-                   fine      ? ""
-                   : bounded ? "  OUTSIDE"
-                             : "  (not bounded)");
+                   describe(verdict, snr_db));
         std::fflush(stdout);
       }
     }
@@ -94,11 +128,19 @@ int main(int argc, char** argv) {
   app.add_option("--damping", settings.damping_ratios, "damping ratios")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
 
-  const int outside = print_table(settings);
-  fmt::print("rows from {:g} dB outside the bounds: {}\n", kBoundedFromDb, outside);
+  const Outside outside = print_table(settings);
+  fmt::print(
+      "rows from {:g} dB outside the bounds: {}, of these with least squares from the truth: "
+      "{}\n",
+      kBoundedFromDb,
+      outside.rows,
+      outside.as_least_squares);
   const int alarms = count_false_alarms(settings.records, settings.seed);
   fmt::print("false modes in {} records of white noise: {}\n", settings.records, alarms);
   const int found = count_detections(settings.records, settings.seed);
   fmt::print("modes of 20 sigma found in {} records: {}\n", settings.records, found);
-  return outside == 0 && found == settings.records && 100 * alarms <= settings.records ? 0 : 1;
+  return outside.rows == outside.as_least_squares && found == settings.records &&
+                 100 * alarms <= settings.records
+             ? 0
+             : 1;
 }

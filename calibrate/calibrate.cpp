@@ -2,24 +2,19 @@
 #include "calibrate/calibrate.hpp"
 
 #include "calibrate/alias_check.hpp"
+#include "calibrate/detail/material_of.hpp"
 #include "calibrate/lack_of_fit.hpp"
-#include "calibrate/repeat_scatter.hpp"
 #include "calibrate/window_stability.hpp"
-#include "coarsen/prestress.hpp"
 #include "core/error.hpp"
-#include "core/sha256.hpp"
 #include "core/trace_file.hpp"
-#include "core/units.hpp"
-#include "core/version.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
 #include "rigs/observable.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -69,8 +64,7 @@ std::vector<std::string> columns_to_invert(const Rig& rig,
   return default_columns(repeat.trace);
 }
 
-void invert_repeat(const Rig& rig, Repeat& repeat, const CalibrationOptions& options) {
-  repeat.columns = columns_to_invert(rig, repeat, options);
+void invert_repeat(Repeat& repeat, const CalibrationOptions& options) {
   try {
     repeat.inversion = invert_harmonics(repeat.trace, repeat.columns, options.inversion);
   } catch (const InputError& error) {
@@ -133,34 +127,6 @@ DampedSinusoid widened_fundamental(const Rig& rig,
   return widened(widened(calibration.inversion.modes.front(), mean), misfit);
 }
 
-double between_repeats(const std::vector<Repeat>& repeats) {
-  std::vector<double> lambdas;
-  for (const Repeat& repeat : repeats)
-    lambdas.push_back(repeat.inversion.modes.front().lambda_per_s2());
-  return relative_standard_error(lambdas);
-}
-
-/// Smallest and largest amplitude of the strongest sinusoid in the windows used.
-std::array<double, 2> amplitude_range(const std::vector<Repeat>& repeats) {
-  std::array<double, 2> range = {kInfinity, 0.0};
-  for (const Repeat& repeat : repeats) {
-    const DampedSinusoid& mode = repeat.inversion.modes.front();
-    const double duration_s = repeat.inversion.time_end_s - repeat.inversion.time_origin_s;
-    for (const SinusoidInChannel& channel : mode.channels) {
-      range[0] = std::min(range[0], channel.amplitude * std::exp(-mode.decay_per_s * duration_s));
-      range[1] = std::max(range[1], channel.amplitude);
-    }
-  }
-  return range;
-}
-
-std::string unit_of_column(const std::string& column) {
-  for (const char* unit : {"mm", "rad", "px", "deg", "m"}) {
-    if (column.ends_with(std::string("_") + unit)) return unit;
-  }
-  return "";
-}
-
 /// Two sinusoids whose frequencies the mesh puts elsewhere are told to the user, never acted on.
 void warn_about_overtones(const InversionResult& inversion,
                           const MeshRung& finest,
@@ -209,97 +175,44 @@ void warn_about_aliases(const Calibration& calibration,
   warnings.insert(warnings.end(), found.begin(), found.end());
 }
 
-Provenance provenance_of(const Rig& rig,
-                         const std::vector<Repeat>& repeats,
-                         const CalibrationOptions& options) {
-  Provenance provenance;
-  provenance.twang_version = kVersion;
-  provenance.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  provenance.inputs.push_back({rig.file.filename().string(), rig.sha256});
-  for (const Repeat& repeat : repeats) {
-    provenance.inputs.push_back({repeat.file.filename().string(), sha256_of_file(repeat.file)});
+/// A release is a repeat of its own; the film stays with the first.
+std::vector<Repeat> cut_recordings(const std::vector<Repeat>& recordings,
+                                   const InversionOptions& options) {
+  std::vector<Repeat> out;
+  for (const Repeat& recording : recordings) {
+    bool first = true;
+    for (Trace& part : cut_at_releases(recording.trace, recording.columns, options)) {
+      Repeat& repeat = out.emplace_back();
+      repeat.file = recording.file;
+      if (std::exchange(first, false)) repeat.film = recording.film;
+      repeat.trace = std::move(part);
+      repeat.columns = recording.columns;
+    }
   }
-  const fs::path& lens =
-      options.track.lens.empty() && rig.camera ? rig.camera->lens : options.track.lens;
-  if (!lens.empty() && repeats.front().film) {
-    provenance.inputs.push_back({lens.filename().string(), sha256_of_file(lens)});
-  }
-  auto& used = provenance.options;
-  std::string columns;
-  for (const std::string& column : repeats.front().columns)
-    columns += (columns.empty() ? "" : ",") + column;
-  used["columns"] = columns;
-  used["start_s"] = fmt::format("{}", repeats.front().inversion.time_origin_s);
-  used["end_s"] = fmt::format("{}", repeats.front().inversion.time_end_s);
-  if (options.track.capture_fps)
-    used["capture_fps"] = fmt::format("{}", *options.track.capture_fps);
-  if (options.inversion.band_hz) {
-    used["band_hz"] =
-        fmt::format("{} {}", options.inversion.band_hz->low_hz, options.inversion.band_hz->high_hz);
-  }
-  if (options.ladder.coarse_dx_m) {
-    used["dx_mm"] = fmt::format("{}", *options.ladder.coarse_dx_m * kMillimetresPerMetre);
-  }
-  for (const auto& [id, start] : options.track.start_px) {
-    used["marker " + id] = fmt::format("{},{}", start.x(), start.y());
-  }
-  return provenance;
-}
-
-/// Takes the round-off out of a cell size that was found as a difference of coordinates [m].
-double rounded_to_picometres(double length_m) { return std::round(length_m * 1e12) / 1e12; }
-
-Material material_from(const Rig& rig, const RigMaterial& unknown, const Calibration& calibration) {
-  const DampedSinusoid& mode = calibration.fundamental;
-  const DampedTarget& target = calibration.target;
-  const MeshRung& coarse = calibration.ladder.coarse;
-  Material material;
-  material.material = unknown.name;
-  const ElasticMaterial elastic = {1.0, unknown.poissons_ratio, unknown.density_kg_m3};
-  material.youngs_modulus_identified_pa = modulus_for_target(rig,
-                                                             calibration.ladder.reference.front(),
-                                                             elastic,
-                                                             calibration.ladder.limit.lambda_per_s2,
-                                                             target.lambda_per_s2);
-  material.youngs_modulus_numerical_pa =
-      modulus_for_target(rig, coarse, elastic, coarse.modes.lambda_per_s2[0], target.lambda_per_s2);
-  material.numerical_element = to_string(coarse.mesh.kind);
-  material.numerical_dx_mm =
-      rounded_to_picometres(coarse.mesh.requested_dx_m) * kMillimetresPerMetre;
-  material.numerical_elements = coarse.mesh.num_elements();
-  material.rig_sha256 = rig.sha256;
-  material.damping_stiffness_b_s = target.damping_stiffness_b_s;
-  material.damping_stiffness_b_sigma_s = target.damping_stiffness_b_sigma_s;
-  material.poissons_ratio = unknown.poissons_ratio;
-  material.density_kg_m3 = unknown.density_kg_m3;
-  material.reported_youngs_modulus_pa = unknown.reported_youngs_modulus_pa;
-  material.frequency_hz = mode.frequency_hz;
-  material.frequency_sigma_hz = mode.frequency_sigma_hz;
-  material.decay_per_s = mode.decay_per_s;
-  material.decay_sigma_per_s = mode.decay_sigma_per_s;
-  material.lambda_per_s2 = target.lambda_per_s2;
-  material.tan_delta = target.damping_stiffness_b_s * std::sqrt(target.lambda_per_s2);
-  material.amplitude_range = amplitude_range(calibration.repeats);
-  material.amplitude_unit = unit_of_column(calibration.repeats.front().columns.front());
-  material.uncertainty = modulus_budget(target,
-                                        calibration.ladder.limit.relative_sigma,
-                                        between_repeats(calibration.repeats),
-                                        rig.tolerance,
-                                        calibration.sensitivities);
-  material.youngs_modulus_identified_sigma_pa =
-      material.youngs_modulus_identified_pa * material.uncertainty.total();
-  material.specimen = rig.specimen;
-  return material;
+  return out;
 }
 
 /// From the traces on, films and trace files go the same way.
 Calibration calibrate_repeats(const Rig& rig,
                               std::vector<Repeat> repeats,
-                              const CalibrationOptions& options) {
+                              CalibrationOptions options) {
   const RigMaterial& unknown = unknown_material(rig);
   Calibration calibration;
+  for (Repeat& repeat : repeats) repeat.columns = columns_to_invert(rig, repeat, options);
+  if (options.each_release) {
+    const std::size_t num_recordings = repeats.size();
+    repeats = cut_recordings(repeats, options.inversion);
+    calibration.remarks.push_back(
+        fmt::format("{} release{} in {} recording{}, each taken for a repeat.",
+                    repeats.size(),
+                    repeats.size() == 1 ? "" : "s",
+                    num_recordings,
+                    num_recordings == 1 ? "" : "s"));
+    options.inversion.start_s.reset();  // the parts are cut already
+    options.inversion.end_s.reset();
+  }
   for (Repeat& repeat : repeats) {
-    invert_repeat(rig, repeat, options);
+    invert_repeat(repeat, options);
     const InversionResult& inversion = repeat.inversion;
     append(calibration.remarks, inversion.remarks);
     append(calibration.warnings, inversion.notes);
@@ -321,7 +234,7 @@ Calibration calibrate_repeats(const Rig& rig,
   const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
   calibration.sensitivities =
       modulus_sensitivities(rig, calibration.ladder.reference[accurate].mesh.requested_dx_m);
-  calibration.material = material_from(rig, unknown, calibration);
+  calibration.material = detail::material_of(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
     calibration.validation = validate_against_trace(rig,
@@ -335,11 +248,17 @@ Calibration calibrate_repeats(const Rig& rig,
     if (!calibration.validation->run.usable())
       calibration.warnings.push_back(calibration.validation->run.message);
   }
-  calibration.material.provenance = provenance_of(rig, calibration.repeats, options);
+  calibration.material.provenance = detail::provenance_of(rig, calibration.repeats, options);
   return calibration;
 }
 
 }  // namespace
+
+RepeatedInversion inversion_of_repeats(const Calibration& calibration) {
+  std::vector<InversionResult> alone;
+  for (const Repeat& repeat : calibration.repeats) alone.push_back(repeat.inversion);
+  return relate_repeats(calibration.inversion, std::move(alone));
+}
 
 Calibration calibrate_from_films(const Rig& rig,
                                  const std::vector<fs::path>& films,

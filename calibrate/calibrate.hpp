@@ -7,6 +7,7 @@
 #include "coarsen/mesh_ladder.hpp"
 #include "core/material.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
+#include "harmonic_inversion/releases.hpp"
 #include "harmonic_inversion/spectrum.hpp"
 #include "rigs/rig.hpp"
 
@@ -29,13 +30,16 @@ struct CalibrationOptions {
   ProgressCallback progress = {};
   /// Called when a film has been tracked, before the next one begins.
   std::function<void(const std::filesystem::path& film, const TrackResult& result)> on_tracked = {};
+  /// Every release in a recording is a repeat of its own, see `cut_at_releases`.
+  bool each_release = false;
 };
 
-/// One recording on its way through the line.
+/// One recording on its way through the line, or one release of it.
 struct Repeat {
   std::filesystem::path file;
-  std::optional<TrackResult> film;  ///< absent when it came as a trace
-  Trace trace;
+  /// Absent when it came as a trace, or with a release before of the same film.
+  std::optional<TrackResult> film;
+  Trace trace;                       ///< of the release alone where a recording holds several
   std::vector<std::string> columns;  ///< those inverted
   InversionResult inversion;
   Spectrum spectrum;  ///< of the first column, in the window used
@@ -56,6 +60,9 @@ struct Calibration {
   std::vector<std::string> warnings;     ///< what may make it wrong, one sentence each
   std::vector<std::string> remarks;      ///< how it went, one sentence each
 };
+
+/// The inversion of all repeats with that of each, decay checks and all.
+[[nodiscard]] RepeatedInversion inversion_of_repeats(const Calibration& calibration);
 
 /// Film(s) in, a material out: track, invert, walk the mesh ladder, fit, validate.
 /// @throws InputError, Cancelled; NumericalFailure if no mode is found or an eigenproblem fails

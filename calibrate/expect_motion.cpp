@@ -5,6 +5,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/thinnest_wall.hpp"
 
 #include <fmt/format.h>
 
@@ -20,17 +21,8 @@ constexpr int kRigidModes = 6;
 constexpr int kHalvings = 4;  // until every solid and clamp is caught
 
 double smallest_edge_m(const Rig& rig) {
-  double smallest = kInfinity;
-  for (const PartSolid& solid : rig.parts) {
-    if (const auto* box = std::get_if<Box>(&solid.shape)) {
-      smallest = std::min(smallest, (box->max - box->min).minCoeff());
-    } else if (const auto* cylinder = std::get_if<Cylinder>(&solid.shape)) {
-      smallest =
-          std::min({smallest, 2.0 * cylinder->radius, (cylinder->to - cylinder->from).norm()});
-    }
-  }
   const Box all = rig.bounding_box();
-  return std::min(smallest, (all.max - all.min).minCoeff());
+  return std::min(thinnest_wall_m(rig), (all.max - all.min).minCoeff());
 }
 
 /// The rig with the reported modulus taken for each that is not stated; whether all are known then.

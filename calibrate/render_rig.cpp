@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "fem/static_solve.hpp"
+#include "fem/thinnest_wall.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -16,19 +17,6 @@
 
 namespace twang {
 namespace {
-
-double smallest_edge_of_solids_m(const Rig& rig) {
-  double smallest = kInfinity;
-  for (const PartSolid& solid : rig.parts) {
-    if (const auto* box = std::get_if<Box>(&solid.shape))
-      smallest = std::min(smallest, (box->max - box->min).minCoeff());
-    if (const auto* cylinder = std::get_if<Cylinder>(&solid.shape)) {
-      smallest =
-          std::min({smallest, 2.0 * cylinder->radius, (cylinder->to - cylinder->from).norm()});
-    }
-  }
-  return smallest;
-}
 
 /// A body moving in a few of its eigenmodes, let go from rest at `release_s`.
 class ModalMotion {
@@ -175,8 +163,7 @@ RenderTruth render_rig(const Rig& rig,
                                  rig.file.string()));
   report_progress(options.progress, {"eigenmodes", 0.0, 1.0});
   MeshRung rung;
-  rung.mesh =
-      mesh_part(rig, options.dx_m.value_or(smallest_edge_of_solids_m(rig)), options.element);
+  rung.mesh = mesh_part(rig, options.dx_m.value_or(thinnest_wall_m(rig)), options.element);
   rung.held_nodes = clamped_nodes(rung.mesh, rig);
   ElasticBody body(rung.mesh,
                    std::vector<ElasticMaterial>(rung.mesh.material_names.size(), material),

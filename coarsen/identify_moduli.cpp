@@ -4,7 +4,7 @@
 #include "coarsen/detail/ladder_steps.hpp"
 #include "coarsen/detail/mesh_rung.hpp"
 #include "coarsen/detail/rig_modes.hpp"
-#include "core/dense_algebra.hpp"
+#include "coarsen/detail/weighted_solution.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -22,39 +22,15 @@ constexpr double kSettled = 1e-7;        // last step of ln E
 constexpr double kAlmostSettled = 1e-4;  // the same, where no step makes the misfit smaller
 constexpr int kMostHalvings = 8;
 constexpr double kLargestStep = 1.6;        // of ln E: a factor of five
-constexpr double kRankTolerance = 1e-3;     // of singular values: below, a combination is not told
+constexpr double kUntold = 1e-4;            // of a modulus: its sigma is then infinite
 constexpr double kLargestCondition = 30.0;  // up to which materials are told apart
 constexpr double kLeastShare = 0.02;        // of the energy, below which a material is not seen
+constexpr double kMisfit = 0.02;            // of lambda, from which it is worth a sentence
+constexpr double kMisfitSigmas = 4.0;       // and beyond the sinusoid's own
 constexpr double kFirstGuess_pa = 1e6;
 constexpr double kRichardson = 1.0 / 3.0;  // of the last change, at order 2, is what is left
 
 bool known_sigma(double sigma) { return std::isfinite(sigma) && sigma > 0.0; }
-
-/// x of the least ‖W (A x - b)‖ and the covariance (A^T W² A)^+; what no row tells stays 0.
-struct WeightedSolution {
-  Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;
-  double condition = 0.0;  // of W A
-};
-
-WeightedSolution solve_weighted(const Eigen::MatrixXd& A,
-                                const Eigen::VectorXd& b,
-                                const Eigen::VectorXd& weight) {
-  const Eigen::MatrixXd WA = weight.asDiagonal() * A;
-  const SymmetricEigen normal = symmetric_eigen(WA.transpose() * WA);
-  const double largest = normal.values.maxCoeff();
-  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(normal.values.size());
-  for (Eigen::Index i = 0; i < inverse.size(); ++i) {
-    if (normal.values[i] > kRankTolerance * kRankTolerance * largest) {
-      inverse[i] = 1.0 / normal.values[i];
-    }
-  }
-  WeightedSolution solution;
-  solution.covariance = normal.vectors * inverse.asDiagonal() * normal.vectors.transpose();
-  solution.x = solution.covariance * (WA.transpose() * weight.cwiseProduct(b));
-  solution.condition = std::sqrt(largest / std::max(normal.values.minCoeff(), 1e-300 * largest));
-  return solution;
-}
 
 class ModulusSearch {
  public:
@@ -75,6 +51,7 @@ class ModulusSearch {
   void evaluate();
   bool refine();
   void find_damping();
+  void note_misfits();
   void judge();
   [[nodiscard]] Eigen::Index num_measurements() const {
     return static_cast<Eigen::Index>(m_measurements.size());
@@ -287,6 +264,23 @@ void ModulusSearch::find_damping() {
   }
 }
 
+/// A sentence for each mode that the moduli do not explain.
+void ModulusSearch::note_misfits() {
+  for (Eigen::Index k = 0; k < num_measurements(); ++k) {
+    const double misfit = m_result.misfit[k];
+    const bool beyond_noise = !m_sigmas_known || std::abs(misfit) * m_weight[k] > kMisfitSigmas;
+    if (std::abs(misfit) < kMisfit || !beyond_noise) continue;
+    const ModalMeasurement& measurement = m_measurements[static_cast<std::size_t>(k)];
+    m_result.notes.push_back(fmt::format(
+        "{}: {:.4g} Hz misses mode {} of the mesh by {:.2g} %: it may be another mode, or the rig "
+        "another than described",
+        measurement.name.empty() ? measurement.rig->name : measurement.name,
+        measurement.sinusoid.natural_frequency_hz(),
+        m_result.modes[static_cast<std::size_t>(k)] + 1,
+        50.0 * std::abs(misfit)));
+  }
+}
+
 /// Whether the data tell the materials apart, and a sentence if not.
 void ModulusSearch::judge() {
   const Eigen::Index n = m_result.energy_shares.cols();
@@ -359,10 +353,12 @@ IdentifiedMaterials ModulusSearch::run() {
   for (std::size_t m = 0; m < m_result.materials.size(); ++m) {
     const auto i = static_cast<Eigen::Index>(m);
     m_result.materials[m].youngs_modulus_pa = std::exp(m_log_modulus[i]);
-    m_result.materials[m].statistical_rel = std::sqrt(variance * m_last.covariance(i, i));
+    m_result.materials[m].statistical_rel =
+        m_last.untold[i] > kUntold ? kInfinity : std::sqrt(variance * m_last.covariance(i, i));
     m_result.materials[m].mesh_rel = kRichardson * change[i];
   }
   find_damping();
+  note_misfits();
   judge();
   return std::move(m_result);
 }

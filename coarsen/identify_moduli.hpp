@@ -34,7 +34,8 @@ struct IdentifyOptions {
 struct IdentifiedMaterial {
   std::string name;
   double youngs_modulus_pa = 0.0;            ///< E [Pa]
-  double statistical_rel = 0.0;              ///< sigma of ln E from the sinusoids' [-]
+  double statistical_rel = 0.0;              ///< sigma of ln E from the sinusoids'; infinite where
+                                             ///< the data do not tell it [-]
   double mesh_rel = 0.0;                     ///< what the mesh leaves uncertain [-]
   double damping_stiffness_b_s = 0.0;        ///< b [s]
   double damping_stiffness_b_sigma_s = 0.0;  ///< one standard deviation [s]

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace twang {
@@ -24,6 +25,19 @@ void check_length(const char* name, const std::optional<double>& value) {
 
 void check_count(const char* name, long value) {
   if (value < 1) throw InputError(fmt::format("{} is {}, must be >= 1", name, value));
+}
+
+/// What is to be said of the meshes, each sentence once.
+void add_mesh_notes(MeshLadder& ladder) {
+  const auto add = [&](const HexMesh& mesh) {
+    for (const std::string& note : mesh.notes) {
+      if (std::find(ladder.notes.begin(), ladder.notes.end(), note) == ladder.notes.end()) {
+        ladder.notes.push_back(note);
+      }
+    }
+  };
+  for (const MeshRung& rung : ladder.reference) add(rung.mesh);
+  add(ladder.coarse.mesh);
 }
 
 }  // namespace
@@ -46,6 +60,7 @@ MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
   const double start_dx_m = starting_dx(identified, options, ladder.notes);
   refine_reference(identified, start_dx_m, options, ladder);
   choose_mesh(identified, start_dx_m, options, ladder);
+  add_mesh_notes(ladder);
   return ladder;
 }
 

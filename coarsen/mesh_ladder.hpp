@@ -22,7 +22,7 @@ struct MeshRung {
 };
 
 struct LadderOptions {
-  std::optional<double> start_dx_m;  ///< absent: the smallest edge of the rig's solids, halved
+  std::optional<double> start_dx_m;  ///< absent: the thinnest wall of the rig's solids, halved
                                      ///< until every solid and clamp is caught [m]
   double convergent_change = 0.01;   ///< frequencies change by less on halving dx: convergent [-]
   double accurate_change = 0.05;  ///< frequencies within this of the convergent mesh: accurate [-]
@@ -88,9 +88,9 @@ struct MeshLadder {
 /// it). If no hex8 mesh keeps the shapes, the finest tried is taken and a note says so. A modulus
 /// the rig states takes no part.
 ///
-/// @throws InputError if the rig lacks part or clamp, if the part has several materials, or if no
-/// mesh of at most max_dofs unknowns holds every solid; Cancelled; NumericalFailure if an
-/// eigenproblem cannot be solved
+/// @throws InputError if the rig lacks part or clamp, if the part is a mesh file or has several
+/// materials, or if no mesh of at most max_dofs unknowns holds every solid; Cancelled;
+/// NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
 /// Mesh, held nodes and the first `num_modes` eigenmodes of a rig (fewer if the mesh has not that

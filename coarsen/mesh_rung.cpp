@@ -22,6 +22,13 @@ std::string describe(const HexMesh& mesh) {
 }
 
 Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes) {
+  if (rig.meshing.file) {
+    throw InputError(
+        fmt::format("rig \"{}\" is the mesh {}, which cannot be refined or coarsened; a ladder of "
+                    "meshes needs [[part]] solids",
+                    rig.name,
+                    rig.meshing.file->file.string()));
+  }
   if (rig.parts.empty()) throw InputError(fmt::format("rig \"{}\" has no part", rig.name));
   if (rig.clamps.empty()) {
     throw InputError(

@@ -3,12 +3,12 @@
 #include "coarsen/detail/mesh_rung.hpp"
 #include "coarsen/detail/richardson.hpp"
 #include "core/error.hpp"
+#include "fem/thinnest_wall.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
 
 namespace twang {
 namespace {
@@ -19,17 +19,6 @@ constexpr double kShareOfObservingRung = 0.4;
 /// Meshes whose volumes agree this well stand for one geometry [-].
 constexpr double kSameVolume = 1e-3;
 constexpr int kStartAttempts = 8;
-
-double smallest_edge(const PartSolid& solid) {
-  if (const auto* box = std::get_if<Box>(&solid.shape)) return (box->max - box->min).minCoeff();
-  if (const auto* cylinder = std::get_if<Cylinder>(&solid.shape)) {
-    return std::min(2.0 * cylinder->radius, (cylinder->to - cylinder->from).norm());
-  }
-  Rig alone;
-  alone.parts = {solid};
-  const Box box = alone.bounding_box();
-  return (box.max - box.min).minCoeff();
-}
 
 bool meshable(const Rig& rig, double dx_m) {
   try {
@@ -92,8 +81,7 @@ double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std
   if (options.start_dx_m) {
     dx = *options.start_dx_m;
   } else {
-    dx = smallest_edge(rig.parts.front());
-    for (const PartSolid& solid : rig.parts) dx = std::min(dx, smallest_edge(solid));
+    dx = thinnest_wall_m(rig);
     // Edges that do not fall on cell faces can let a solid slip between the cells' centres.
     for (int i = 0; i < kStartAttempts && !meshable(rig, dx); ++i) dx /= 2.0;
   }

@@ -3,8 +3,11 @@
 
 #include <Eigen/Core>
 
+#include <optional>
+
 /// Decompositions of small dense matrices by Eigen, compiled once: its templates take seconds of
-/// every file that names them.
+/// every file that names them. Not by LAPACK: its complex routines go through OpenBLAS' zgemv,
+/// whose AVX-512 kernel (0.3.21) reads beyond the matrix.
 namespace twang {
 
 /// A X = X diag(values) or A X = B X diag(values); values ascend, X^T X = 1 or X^T B X = 1.
@@ -38,5 +41,45 @@ struct LeastSquares {
 /// A U^-1, where gram = U^T U; with the Gram matrix of A's columns these become orthonormal.
 [[nodiscard]] Eigen::MatrixXd orthonormalized(const Eigen::MatrixXd& A,
                                               const Eigen::MatrixXd& gram);
+
+/// A = U S V^H, only as many columns as A has rows or columns.
+struct RealSvd {
+  Eigen::MatrixXd u;
+  Eigen::VectorXd s;  ///< falling
+  Eigen::MatrixXd v;
+};
+
+struct ComplexSvd {
+  Eigen::MatrixXcd u;
+  Eigen::VectorXd s;
+  Eigen::MatrixXcd v;
+};
+
+/// Nothing for an empty A or one with values that are not finite.
+[[nodiscard]] std::optional<RealSvd> thin_svd(const Eigen::MatrixXd& A);
+[[nodiscard]] std::optional<ComplexSvd> thin_svd(const Eigen::MatrixXcd& A);
+
+/// A X = X diag(values), columns of norm 1.
+struct Eigenpairs {
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;
+};
+
+/// Nothing for an empty A, values that are not finite, or an iteration that does not converge.
+[[nodiscard]] std::optional<Eigenpairs> eigenpairs(const Eigen::MatrixXcd& A);
+[[nodiscard]] std::optional<Eigen::VectorXcd> eigenvalues(const Eigen::MatrixXd& A);
+
+/// X of A X = B, A n x n; nothing if A is singular or there are values that are not finite.
+[[nodiscard]] std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& A,
+                                                   const Eigen::MatrixXd& B);
+
+/// R of A = R^T R, upper triangular; of A the upper triangle is read. Nothing if A is not positive
+/// definite.
+[[nodiscard]] std::optional<Eigen::MatrixXd> cholesky(const Eigen::MatrixXd& A);
+
+/// R^-1 B and R^-T B; R is upper triangular, its diagonal without zeros.
+[[nodiscard]] Eigen::MatrixXd solve_triangle(const Eigen::MatrixXd& R, const Eigen::MatrixXd& B);
+[[nodiscard]] Eigen::MatrixXd solve_transposed_triangle(const Eigen::MatrixXd& R,
+                                                        const Eigen::MatrixXd& B);
 
 }  // namespace twang

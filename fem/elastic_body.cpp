@@ -64,6 +64,18 @@ void check_materials(const HexMesh& mesh, const std::vector<ElasticMaterial>& ma
   }
 }
 
+double filled(const Eigen::VectorXd& fill, Eigen::Index element) {
+  return fill.size() > 0 ? fill[element] : 1.0;
+}
+
+void check_fill(const HexMesh& mesh) {
+  for (const Eigen::VectorXd* fill : {&mesh.mass_fill, &mesh.stiffness_fill}) {
+    if (fill->size() == 0) continue;
+    if (fill->size() == mesh.num_elements() && (fill->array() > 0.0).all()) continue;
+    throw InputError("the mesh says how full its elements are, but not of each, or not > 0");
+  }
+}
+
 /// Lamé constants of every element, the last batch filled up with zeros.
 struct ElementModuli {
   std::vector<double> mu;
@@ -123,6 +135,7 @@ ElasticBody::Impl::Impl(HexMesh mesh_of_body,
       geometry(mesh),
       blocks(mesh) {
   check_materials(mesh, materials);
+  check_fill(mesh);
   moduli = scaled_moduli(false);
   damping_moduli = scaled_moduli(true);
 }
@@ -159,7 +172,8 @@ ElementModuli ElasticBody::Impl::scaled_moduli(bool by_damping) const {
     const ElasticMaterial& material =
         materials[static_cast<std::size_t>(mesh.material_of_element[e])];
     const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
-    const double scale = by_damping ? material.damping_stiffness_b_s : 1.0;
+    const double scale = (by_damping ? material.damping_stiffness_b_s : 1.0) *
+                         filled(mesh.stiffness_fill, static_cast<Eigen::Index>(e));
     result.mu[e] = scale * lame.mu;
     result.lambda[e] = scale * lame.lambda;
   }
@@ -172,7 +186,8 @@ std::vector<double> ElasticBody::Impl::element_masses(const NodeGraph& graph) co
   for (int e = 0; e < mesh.num_elements(); ++e) {
     if (!geometry.congruent()) products = geometry.shape_products(e);
     const auto material = mesh.material_of_element[static_cast<std::size_t>(e)];
-    const double density = materials[static_cast<std::size_t>(material)].density_kg_m3;
+    const double density =
+        materials[static_cast<std::size_t>(material)].density_kg_m3 * filled(mesh.mass_fill, e);
     for (int b = 0; b < products.cols(); ++b) {
       const int start = graph.start(mesh.elements(b, e));
       for (int a = 0; a < products.rows(); ++a) {

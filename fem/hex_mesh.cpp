@@ -53,7 +53,7 @@ double HexMesh::volume() const {
       for (int a = 0; a < dN.cols(); ++a) {
         jacobian += nodes.col(elements(a, e)) * dN.col(a).transpose();
       }
-      sum += rule.weights[g] * jacobian.determinant();
+      sum += rule.weights[g] * jacobian.determinant() * (fill.size() > 0 ? fill[e] : 1.0);
     }
   }
   return sum;

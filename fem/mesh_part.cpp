@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "fem/detail/partial_cells.hpp"
 #include "fem/detail/voxel_grid.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/read_mesh.hpp"
 
 #include <fmt/format.h>
 
@@ -20,8 +22,7 @@ constexpr int kMaxTrials = 8;
 
 using Kind = VoxelFault::Kind;
 
-double trial_cells(const Rig& rig, double dx_m) {
-  const Box bounds = rig.bounding_box();
+double trial_cells(const Box& bounds, double dx_m) {
   double cells = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     cells *= cells_along(bounds.max[axis] - bounds.min[axis], dx_m);
@@ -31,33 +32,30 @@ double trial_cells(const Rig& rig, double dx_m) {
 
 /// The first of thickness, thickness / 2, ... of the solid at fault (or of dx / 2, dx / 4, ... if
 /// it is thicker than that) at which nothing is wrong with the grid.
-std::optional<double> find_dx_that_works(const Rig& rig, double dx_m, const VoxelFault& fault) {
-  const Box bounds = bounds_of(rig.parts[static_cast<std::size_t>(fault.solid)]);
-  const double thickness = (bounds.max - bounds.min).minCoeff();
+std::optional<double> find_dx_that_works(const std::vector<SolidGeometry>& solids,
+                                         double dx_m,
+                                         const VoxelFault& fault) {
+  const Box bounds = bounds_of(solids);
+  const Box own = solids[static_cast<std::size_t>(fault.solid)].bounds;
+  const double thickness = (own.max - own.min).minCoeff();
   double trial = thickness > 0.0 ? std::min(thickness, 0.5 * dx_m) : 0.5 * dx_m;
-  for (int k = 0; k < kMaxTrials && trial_cells(rig, trial) <= kMaxTrialCells; ++k) {
-    if (find_fault(rig, fill_voxels(rig, trial)).kind == Kind::None) return trial;
+  for (int k = 0; k < kMaxTrials && trial_cells(bounds, trial) <= kMaxTrialCells; ++k) {
+    VoxelGrid grid = cut_into_cells(bounds, trial);
+    fill_by_centres(grid, solids);
+    if (find_fault(grid, solids).kind == Kind::None) return trial;
     trial *= 0.5;
   }
   return std::nullopt;
 }
 
-std::string describe(const Rig& rig, int solid_index) {
-  const PartSolid& solid = rig.parts[static_cast<std::size_t>(solid_index)];
-  const char* shape = std::holds_alternative<Box>(solid.shape) ? "box" : "cylinder";
-  return fmt::format("{}: part {} of {} ({}, material \"{}\")",
-                     rig.file.empty() ? rig.name : rig.file.string(),
-                     solid_index + 1,
-                     rig.parts.size(),
-                     shape,
-                     solid.material);
-}
-
 /// @throws InputError unless the grid is whole, or lacks no more than a solid under later ones
-void check_grid(const Rig& rig, const VoxelGrid& grid, double dx_m) {
-  const VoxelFault fault = find_fault(rig, grid);
+void check_grid(const Rig& rig,
+                const std::vector<SolidGeometry>& solids,
+                const VoxelGrid& grid,
+                double dx_m) {
+  const VoxelFault fault = find_fault(grid, solids);
   if (fault.kind == Kind::None) return;
-  const std::optional<double> works = find_dx_that_works(rig, dx_m, fault);
+  const std::optional<double> works = find_dx_that_works(solids, dx_m, fault);
   if (fault.kind == Kind::Covered && !works) return;
   const std::string reason =
       fault.kind == Kind::Disconnected ? "is not connected by faces with the rest of the part"
@@ -67,10 +65,54 @@ void check_grid(const Rig& rig, const VoxelGrid& grid, double dx_m) {
       works ? fmt::format("dx must be smaller, {:.6g} mm would do", *works * kMillimetresPerMetre)
             : std::string("dx must be much smaller, or the part mended");
   throw InputError(fmt::format("{} {} at dx = {:.6g} mm; {}",
-                               describe(rig, fault.solid),
+                               describe_solid(rig, fault.solid),
                                reason,
                                dx_m * kMillimetresPerMetre,
                                advice));
+}
+
+/// Material names in the order of the rig, those that a cell has.
+std::vector<std::string> used_materials(const Rig& rig, const VoxelGrid& grid) {
+  std::vector<char> solid_used(rig.parts.size(), 0);
+  for (const int solid : grid.solid_of_cell) {
+    if (solid != VoxelGrid::kEmpty) solid_used[static_cast<std::size_t>(solid)] = 1;
+  }
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < rig.parts.size(); ++s) {
+    if (solid_used[s] == 0) continue;
+    const std::string& name = rig.parts[s].material;
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  const auto rank = [&](const std::string& name) {
+    return std::find_if(rig.materials.begin(),
+                        rig.materials.end(),
+                        [&](const RigMaterial& material) { return material.name == name; }) -
+           rig.materials.begin();
+  };
+  std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+    return rank(a) < rank(b);
+  });
+  return names;
+}
+
+/// @throws InputError if a material has no cell or the cells do not hang together
+void check_partial_grid(const Rig& rig, const VoxelGrid& grid, double dx_m) {
+  const std::vector<std::string> used = used_materials(rig, grid);
+  for (std::size_t s = 0; s < rig.parts.size(); ++s) {
+    if (std::find(used.begin(), used.end(), rig.parts[s].material) != used.end()) continue;
+    throw InputError(
+        fmt::format("{} vanishes, no cell is mostly of its material at dx = {:.6g} mm; dx must be "
+                    "smaller",
+                    describe_solid(rig, static_cast<int>(s)),
+                    dx_m * kMillimetresPerMetre));
+  }
+  const int island = find_island(grid);
+  if (island < 0) return;
+  throw InputError(
+      fmt::format("{} is not connected by faces with the rest of the part at dx = "
+                  "{:.6g} mm; dx must be smaller, or the part mended",
+                  describe_solid(rig, island),
+                  dx_m * kMillimetresPerMetre));
 }
 
 /// Numbers the nodes of the filled cells on the grid of half cells.
@@ -158,33 +200,61 @@ std::vector<std::array<int, 3>> filled_cells(const VoxelGrid& grid) {
   return cells;
 }
 
-/// Material names in the order of the rig, those that a cell has.
-std::vector<std::string> used_materials(const Rig& rig, const VoxelGrid& grid) {
-  std::vector<char> solid_used(rig.parts.size(), 0);
-  for (const int solid : grid.solid_of_cell) {
-    if (solid != VoxelGrid::kEmpty) solid_used[static_cast<std::size_t>(solid)] = 1;
-  }
-  std::vector<std::string> names;
-  for (std::size_t s = 0; s < rig.parts.size(); ++s) {
-    if (solid_used[s] == 0) continue;
-    const std::string& name = rig.parts[s].material;
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  const auto rank = [&](const std::string& name) {
-    return std::find_if(rig.materials.begin(),
-                        rig.materials.end(),
-                        [&](const RigMaterial& material) { return material.name == name; }) -
-           rig.materials.begin();
-  };
-  std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-    return rank(a) < rank(b);
+/// Whether every solid is a box whose faces are faces of cells: then cells are full or empty.
+bool fits_cells(const VoxelGrid& grid, const std::vector<SolidGeometry>& solids) {
+  constexpr double kRounding = 1e-6;  // of a cell
+  return std::all_of(solids.begin(), solids.end(), [&](const SolidGeometry& geometry) {
+    if (!std::holds_alternative<Box>(geometry.solid.shape)) return false;
+    for (const Eigen::Vector3d& corner : {geometry.bounds.min, geometry.bounds.max}) {
+      const Eigen::Array3d place = (corner - grid.origin).cwiseQuotient(grid.cell);
+      if (((place - place.round()).abs() > kRounding).any()) return false;
+    }
+    return true;
   });
-  return names;
 }
 
-}  // namespace
+/// A grid with how full its cells are (empty: full), what it lost and what is to be said of it.
+struct FilledGrid {
+  VoxelGrid grid;
+  CellFill fill;
+  double part_volume_m3 = 0.0;
+  std::vector<std::string> notes;
+};
 
-HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind) {
+FilledGrid fill_grid(const Rig& rig, const std::vector<SolidGeometry>& solids, double dx_m) {
+  FilledGrid result;
+  VoxelGrid& grid = result.grid;
+  grid = cut_into_cells(bounds_of(solids), dx_m);
+  const bool partial = rig.meshing.partial_cells != PartialCells::None;
+  if (!partial) {
+    fill_by_centres(grid, solids);
+    check_grid(rig, solids, grid, dx_m);
+  }
+  for (const SolidGeometry& solid : solids) {
+    if (!solid.surface) continue;
+    for (const std::string& note : solid.surface->notes) result.notes.push_back(note);
+  }
+  if (!partial && fits_cells(grid, solids)) {
+    const auto full = std::count_if(grid.solid_of_cell.begin(),
+                                    grid.solid_of_cell.end(),
+                                    [](int solid) { return solid != VoxelGrid::kEmpty; });
+    result.part_volume_m3 = static_cast<double>(full) * grid.cell_volume();
+    return result;
+  }
+  const std::vector<CellShare> shares = share_cells(grid, solids);
+  if (partial) {
+    result.fill = fill_by_shares(grid, rig, shares);
+    check_partial_grid(rig, grid, dx_m);
+  }
+  const GridLosses losses = find_losses(grid, shares, result.fill.volume);
+  result.part_volume_m3 = losses.part_volume_m3;
+  if (std::string note = losses.message(dx_m); !note.empty()) {
+    result.notes.push_back(std::move(note));
+  }
+  return result;
+}
+
+void check_dx(const Rig& rig, double dx_m) {
   if (!(dx_m > 0.0) || !std::isfinite(dx_m)) {
     throw InputError(fmt::format("dx is {:.6g} mm, must be > 0", dx_m * kMillimetresPerMetre));
   }
@@ -192,13 +262,39 @@ HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind) {
     throw InputError(fmt::format("{}: the rig has no part to mesh",
                                  rig.file.empty() ? rig.name : rig.file.string()));
   }
-  const VoxelGrid grid = fill_voxels(rig, dx_m);
-  check_grid(rig, grid, dx_m);
+}
+
+/// How full the elements are, in the order of the elements.
+void set_fill(HexMesh& mesh,
+              const FilledGrid& filled,
+              const std::vector<std::array<int, 3>>& cells,
+              bool with_stiffness) {
+  const auto count = static_cast<Eigen::Index>(cells.size());
+  mesh.fill.resize(count);
+  mesh.mass_fill.resize(count);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    const auto& cell = cells[static_cast<std::size_t>(e)];
+    const std::size_t at = filled.grid.index(cell[0], cell[1], cell[2]);
+    mesh.fill[e] = filled.fill.volume[at];
+    mesh.mass_fill[e] = filled.fill.mass[at];
+  }
+  if (with_stiffness) mesh.stiffness_fill = mesh.fill;
+}
+
+}  // namespace
+
+HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind) {
+  if (rig.meshing.file) return read_mesh_of(rig, kind);
+  check_dx(rig, dx_m);
+  FilledGrid filled = fill_grid(rig, read_solids(rig), dx_m);
+  const VoxelGrid& grid = filled.grid;
 
   HexMesh mesh;
   mesh.kind = kind;
   mesh.requested_dx_m = dx_m;
   mesh.actual_dx_m = grid.cell;
+  mesh.part_volume_m3 = filled.part_volume_m3;
+  mesh.notes = std::move(filled.notes);
   mesh.material_names = used_materials(rig, grid);
   std::vector<int> material_of_solid;
   for (const PartSolid& solid : rig.parts) {
@@ -223,7 +319,26 @@ HexMesh mesh_part(const Rig& rig, double dx_m, ElementKind kind) {
     const int solid = grid.solid_of_cell[grid.index(cells[e][0], cells[e][1], cells[e][2])];
     mesh.material_of_element.push_back(material_of_solid[static_cast<std::size_t>(solid)]);
   }
+  if (!filled.fill.volume.empty()) {
+    set_fill(mesh, filled, cells, rig.meshing.partial_cells == PartialCells::MassAndStiffness);
+  }
   return mesh;
+}
+
+MaterialMixing count_mixed_cells(const Rig& rig, double dx_m) {
+  check_dx(rig, dx_m);
+  const std::vector<SolidGeometry> solids = read_solids(rig);
+  const VoxelGrid grid = cut_into_cells(bounds_of(solids), dx_m);
+  const std::vector<CellShare> shares = share_cells(grid, solids);
+  MaterialMixing mixing;
+  mixing.actual_dx_m = grid.cell;
+  mixing.num_mixed = count_mixed(rig, shares);
+  std::size_t last = grid.num_cells();
+  for (const CellShare& share : shares) {
+    if (share.cell != last) ++mixing.num_cells;
+    last = share.cell;
+  }
+  return mixing;
 }
 
 }  // namespace twang

@@ -2,7 +2,7 @@
 #include "harmonic_inversion/even_record.hpp"
 
 #include "core/constants.hpp"
-#include "harmonic_inversion/detail/decompositions.hpp"
+#include "core/dense_algebra.hpp"
 #include "harmonic_inversion/geometric_series.hpp"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ Complex exponent_of(const DampedPole& pole) {
 }
 
 VectorXd solve_normal(const MatrixXd& r, const VectorXd& right) {
-  return detail::solve_triangle(r, detail::solve_transposed_triangle(r, right));
+  return solve_triangle(r, solve_transposed_triangle(r, right));
 }
 
 }  // namespace
@@ -344,7 +344,7 @@ std::optional<ProjectedFit> EvenRecord::fit_projected(const std::vector<DampedPo
       turn.block<2, 2>(j, j) << kTwoPi * b, -a, -kTwoPi * a, -b;
     }
     const MatrixXd basis_by_d = by_timed * turn;
-    out.inside = detail::solve_transposed_triangle(out.triangle, basis_by_d);
+    out.inside = solve_transposed_triangle(out.triangle, basis_by_d);
     out.normal =
         turn.transpose() * m2.topLeftCorner(num, num) * turn - out.inside.transpose() * out.inside;
     out.gradient = basis_by_d.transpose() * correction - turn.transpose() * left.timed;

@@ -2,8 +2,8 @@
 #include "harmonic_inversion/filter_diagonalization.hpp"
 
 #include "core/constants.hpp"
+#include "core/dense_algebra.hpp"
 #include "core/error.hpp"
-#include "harmonic_inversion/detail/decompositions.hpp"
 #include "harmonic_inversion/fourier.hpp"
 
 #include <fmt/format.h>
@@ -148,14 +148,14 @@ void solve_window(const BasisMatrices& matrices,
                   const Band& window,
                   double rank_tolerance,
                   std::vector<PoleCandidate>& out) {
-  const auto svd = detail::thin_svd(matrices.u[0]);
+  const auto svd = thin_svd(matrices.u[0]);
   if (!svd || !(svd->s(0) > 0.0)) return;
   const VectorXd& s = svd->s;
   const Index rank = (s.array() > rank_tolerance * s(0)).count();
   const VectorXd root = s.head(rank).cwiseSqrt().cwiseInverse();
   const MatrixXcd left = root.asDiagonal() * svd->u.leftCols(rank).adjoint();
   const MatrixXcd right = svd->v.leftCols(rank) * root.asDiagonal();
-  const auto eigen = detail::eigenpairs(left * matrices.u[1] * right);
+  const auto eigen = eigenpairs(left * matrices.u[1] * right);
   if (!eigen) return;
   for (Index i = 0; i < rank; ++i) {
     const Complex u = eigen->values(i);

@@ -2,7 +2,7 @@
 #include "harmonic_inversion/matrix_pencil.hpp"
 
 #include "core/constants.hpp"
-#include "harmonic_inversion/detail/decompositions.hpp"
+#include "core/dense_algebra.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,15 +39,15 @@ Index significant_order(const VectorXd& singular) {
 std::optional<MatrixXd> solve_shift(const MatrixXd& v1, const MatrixXd& v2) {
   const Index order = v1.cols();
   // So many poles leave no room for errors on both sides.
-  if (2 * order > v1.rows()) return detail::solve_least_squares(v1, v2);
+  if (2 * order > v1.rows()) return solve_least_squares(v1, v2).x;
   // Total least squares: [V1 V2] = U S W^T, X = -W12 W22^-1.
   MatrixXd both(v1.rows(), 2 * order);
   both << v1, v2;
-  const auto svd = detail::thin_svd(both);
+  const auto svd = thin_svd(both);
   if (!svd) return std::nullopt;
   const MatrixXd& w = svd->v;
-  const auto x = detail::solve(w.block(order, order, order, order).transpose(),
-                               w.block(0, order, order, order).transpose());
+  const auto x = solve(w.block(order, order, order, order).transpose(),
+                       w.block(0, order, order, order).transpose());
   if (!x) return std::nullopt;
   return MatrixXd(-x->transpose());
 }
@@ -59,7 +59,7 @@ std::vector<PoleCandidate> poles_of_subspace(const MatrixXd& v, Index order, dou
   const auto x =
       solve_shift(v.topRows(shifted).leftCols(order), v.bottomRows(shifted).leftCols(order));
   if (!x) return out;
-  const auto values = detail::eigenvalues(*x);
+  const auto values = eigenvalues(*x);
   if (!values) return out;
   for (Index i = 0; i < order; ++i) {
     const std::complex<double> u = (*values)(i);
@@ -83,7 +83,7 @@ std::vector<std::vector<PoleCandidate>> matrix_pencil(const EvenSeries& signal,
   if (pencil < 3 || !signal.value.allFinite()) return out;
   MatrixXd hankel(n - pencil, pencil + 1);
   for (Index j = 0; j <= pencil; ++j) hankel.col(j) = signal.value.segment(j, n - pencil);
-  const auto svd = detail::thin_svd(hankel);
+  const auto svd = thin_svd(hankel);
   if (!svd) return out;
   for (std::size_t i = 0; i < orders.size(); ++i) {
     const Index order = orders[i] > 0 ? orders[i] : significant_order(svd->s);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/mode_window.hpp"
 
-#include "harmonic_inversion/detail/decompositions.hpp"
+#include "core/dense_algebra.hpp"
 #include "harmonic_inversion/evaluate_modes.hpp"
 
 #include <algorithm>
@@ -71,10 +71,10 @@ std::optional<WindowFit> fit_window(const WindowSamples& samples, double f, doub
     }
     const bool only_amplitudes = iteration == 0;  // f and d have no effect before there are some
     const Index moving = only_amplitudes ? columns - 2 : columns;
-    const auto triangle = detail::cholesky(normal.bottomRightCorner(moving, moving));
+    const auto triangle = cholesky(normal.bottomRightCorner(moving, moving));
     if (!triangle) return std::nullopt;
     const auto solve = [&](const MatrixXd& b) {
-      return detail::solve_triangle(*triangle, detail::solve_transposed_triangle(*triangle, b));
+      return solve_triangle(*triangle, solve_transposed_triangle(*triangle, b));
     };
     if (only_amplitudes) {
       x = solve(right.tail(moving));

@@ -2,7 +2,7 @@
 #include "harmonic_inversion/projected_fit.hpp"
 
 #include "core/constants.hpp"
-#include "harmonic_inversion/detail/decompositions.hpp"
+#include "core/dense_algebra.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -113,7 +113,7 @@ class Block {
 };
 
 VectorXd solve_normal(const MatrixXd& r, const VectorXd& right) {
-  return detail::solve_triangle(r, detail::solve_transposed_triangle(r, right));
+  return solve_triangle(r, solve_transposed_triangle(r, right));
 }
 
 }  // namespace
@@ -133,7 +133,7 @@ MatrixXd regular_triangle(const MatrixXd& normal) {
   MatrixXd scaled = inverse.asDiagonal() * normal * inverse.asDiagonal();
   for (double ridge = 0.0; ridge < 1.0; ridge = std::max(10.0 * ridge, kRidge)) {
     scaled.diagonal().array() += ridge;
-    if (const auto triangle = detail::cholesky(scaled)) return *triangle * scale.asDiagonal();
+    if (const auto triangle = cholesky(scaled)) return *triangle * scale.asDiagonal();
   }
   return scale.asDiagonal();  // not finite: the caller sees it in the sum of squares
 }
@@ -183,7 +183,7 @@ ProjectedFit fit_projected(const SampleSeries& series,
   out.sum_of_squares = std::max(out.sum_of_squares - leftover.dot(correction), 0.0);
   if (with_derivatives) {
     d_by_d.triangularView<Eigen::StrictlyUpper>() = d_by_d.transpose();
-    out.inside = detail::solve_transposed_triangle(out.triangle, basis_by_d);
+    out.inside = solve_transposed_triangle(out.triangle, basis_by_d);
     out.normal = d_by_d - out.inside.transpose() * out.inside;
     out.gradient = basis_by_d.transpose() * correction - d_by_r;
   }

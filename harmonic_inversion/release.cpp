@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/release.hpp"
 
+#include "harmonic_inversion/motion_scales.hpp"
+
 #include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -44,7 +47,7 @@ constexpr double kPullPart = 0.03;
 /// the first half of the motion, as a drift is.
 constexpr double kPulledPart = 0.5;
 
-/// The rows in which all channels are finite, each channel divided by its range.
+/// The rows in which all channels are finite.
 struct Motion {
   std::vector<double> time_s;
   MatrixXd value;  ///< rows: samples
@@ -69,10 +72,6 @@ Motion finite_motion(const Trace& trace,
     for (std::size_t c = 0; c < channels.size(); ++c) {
       out.value(static_cast<Index>(r), static_cast<Index>(c)) = channels[c]->values[rows[r]];
     }
-  }
-  for (Index c = 0; c < out.value.cols() && out.value.rows() > 0; ++c) {
-    const double range = out.value.col(c).maxCoeff() - out.value.col(c).minCoeff();
-    if (range > 0.0) out.value.col(c) /= range;
   }
   return out;
 }
@@ -240,6 +239,40 @@ std::optional<Index> find_end(const MatrixXd& value, const Speed& speed, const R
   return end;
 }
 
+/// A release, and the motion and speed in which it was seen.
+struct SeenRelease {
+  Release release;
+  MatrixXd value;
+  Speed speed;
+};
+
+/// @param value  rows: samples; comparable columns
+std::optional<SeenRelease> see_release(MatrixXd value) {
+  remove_glitches(value);
+  Speed speed;
+  for (Index width = 1; width <= value.rows() / kNarrowestPart; width *= 2) {
+    const double narrower = speed.highest;
+    speed = speed_over(value, width);
+    if (speed.highest < narrower) break;  // wider means only lose the vibration
+    if (const auto release = find_release(speed)) {
+      if (release->start + kMinFreeMotion > value.rows()) return std::nullopt;
+      return SeenRelease{*release, std::move(value), std::move(speed)};
+    }
+  }
+  return std::nullopt;
+}
+
+/// In the channels compared by their units, or else by their noise.
+std::optional<SeenRelease> see_release(const MatrixXd& value,
+                                       const std::vector<std::string>& names) {
+  const auto divided_by = [&](const RowVectorXd& scales) {
+    return MatrixXd(value.array().rowwise() / scales.array());
+  };
+  if (auto seen = see_release(divided_by(scales_by_unit(value, names)))) return seen;
+  if (names.size() == 1) return std::nullopt;
+  return see_release(divided_by(scales_by_noise(value)));
+}
+
 }  // namespace
 
 FreeMotion find_free_motion(const Trace& trace,
@@ -247,31 +280,24 @@ FreeMotion find_free_motion(const Trace& trace,
                             double from_s,
                             double to_s) {
   std::vector<const Channel*> used;
+  std::vector<std::string> names;
   for (const std::string& name : channels) {
     const Channel* channel = trace.find(name);
-    if (channel != nullptr) used.push_back(channel);
+    if (channel == nullptr) continue;
+    used.push_back(channel);
+    names.push_back(name);
   }
   FreeMotion out;
   out.start_s = from_s;
   out.end_s = to_s;
-  Motion motion = finite_motion(trace, used, from_s, to_s);
-  const Index n = motion.value.rows();
-  if (n < kMinFreeMotion || used.empty()) return out;
-
-  std::optional<Release> release;
-  Speed speed;
-  remove_glitches(motion.value);
-  for (Index width = 1; width <= n / kNarrowestPart && !release; width *= 2) {
-    const double narrower = speed.highest;
-    speed = speed_over(motion.value, width);
-    if (speed.highest < narrower) break;  // wider means only lose the vibration
-    release = find_release(speed);
-  }
+  const Motion motion = finite_motion(trace, used, from_s, to_s);
+  if (motion.value.rows() < kMinFreeMotion || used.empty()) return out;
+  const auto seen = see_release(motion.value, names);
+  if (!seen) return out;
   const auto time_at = [&](Index i) { return motion.time_s[static_cast<std::size_t>(i)]; };
-  if (!release || release->start + kMinFreeMotion > n) return out;
-  out.release_s = time_at(release->last_calm);
-  out.start_s = time_at(std::min(release->start, n - 1));
-  if (const auto end = find_end(motion.value, speed, *release)) {
+  out.release_s = time_at(seen->release.last_calm);
+  out.start_s = time_at(seen->release.start);
+  if (const auto end = find_end(seen->value, seen->speed, seen->release)) {
     out.end_s = time_at(*end);
     out.ends_early = true;
   }

@@ -30,7 +30,9 @@ struct FreeMotion {
 /// sample is used from there. It ends before the pull that leads to the next release, before
 /// a pull in which the samples end, or with them.
 ///
-/// @param channels  of `trace`, judged together, each by its own range
+/// @param channels  of `trace`, judged together: motion in one unit, the suffix of the name, is
+/// compared as it is, other by each channel's range; where no release is seen so, as where most
+/// channels hold noise alone, each by its noise
 /// @param from_s    samples before are not looked at [s]
 /// @param to_s      nor those after [s]
 [[nodiscard]] FreeMotion find_free_motion(const Trace& trace,

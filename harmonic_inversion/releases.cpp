@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -82,14 +83,12 @@ const DampedSinusoid* RepeatedInversion::mode_alone(std::size_t n) const {
   return nearest;
 }
 
-RepeatedInversion compare_repeats(const std::vector<Trace>& traces,
-                                  const std::vector<std::string>& channels,
-                                  const InversionOptions& options) {
+RepeatedInversion relate_repeats(InversionResult joint, std::vector<InversionResult> alone) {
   RepeatedInversion out;
-  out.joint = invert_repeats(traces, channels, options);
+  out.joint = std::move(joint);
+  out.alone = std::move(alone);
   std::vector<double> frequencies;
   std::vector<double> decays;
-  for (const Trace& trace : traces) out.alone.push_back(invert_harmonics(trace, channels, options));
   for (std::size_t n = 0; n < out.alone.size(); ++n) {
     const DampedSinusoid* mode = out.mode_alone(n);
     if (mode == nullptr) continue;
@@ -99,6 +98,14 @@ RepeatedInversion compare_repeats(const std::vector<Trace>& traces,
   out.frequency_scatter_hz = standard_deviation(frequencies);
   out.decay_scatter_per_s = standard_deviation(decays);
   return out;
+}
+
+RepeatedInversion compare_repeats(const std::vector<Trace>& traces,
+                                  const std::vector<std::string>& channels,
+                                  const InversionOptions& options) {
+  std::vector<InversionResult> alone;
+  for (const Trace& trace : traces) alone.push_back(invert_harmonics(trace, channels, options));
+  return relate_repeats(invert_repeats(traces, channels, options), std::move(alone));
 }
 
 }  // namespace twang

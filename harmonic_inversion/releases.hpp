@@ -37,6 +37,10 @@ struct RepeatedInversion {
   [[nodiscard]] const DampedSinusoid* mode_alone(std::size_t n) const;
 };
 
+/// Compares what recordings of one part say together with what each says alone.
+[[nodiscard]] RepeatedInversion relate_repeats(InversionResult joint,
+                                               std::vector<InversionResult> alone);
+
 /// Inverts several recordings of one part together and each alone, and compares.
 /// @throws InputError as `invert_repeats`
 [[nodiscard]] RepeatedInversion compare_repeats(const std::vector<Trace>& traces,

@@ -74,6 +74,11 @@ void check_needs(const TomlTable& document, const Rig& rig, const RigNeeds& need
   };
   need(needs.part, !rig.materials.empty(), "[materials.NAME]", "to say what the part is made of");
   need(needs.part, !rig.parts.empty(), "[[part]]", "to say what shape the part has");
+  need(needs.mesh, !rig.materials.empty(), "[materials.NAME]", "to say what the part is made of");
+  need(needs.mesh,
+       !rig.parts.empty() || rig.meshing.file,
+       "[[part]]",
+       "to say what shape the part has (or [mesh] with a file)");
   need(needs.clamp, !rig.clamps.empty(), "[[clamp]]", "to say where the part is held");
   need(needs.film, !rig.markers.empty(), "[[marker]]", "to be found in a film");
   need(needs.film, rig.camera.has_value(), "[camera]", "to say how the rig is filmed");
@@ -112,7 +117,8 @@ Rig parse_rig(const std::string& content,
                        "camera",
                        "tolerance",
                        "environment",
-                       "mass"});
+                       "mass",
+                       "mesh"});
   Rig rig;
   (void)document.text("format");
   rig.name = document.text("name");
@@ -129,6 +135,7 @@ Rig parse_rig(const std::string& content,
   rig.release = read_release(document);
   rig.tolerance = read_tolerance(document);
   rig.gravity_m_s2 = read_gravity(document);
+  rig.meshing = detail::read_meshing(document, rig, file.parent_path());
   check_needs(document, rig, needs);
   return rig;
 }

@@ -15,6 +15,7 @@ struct RigNeeds {
   bool clamp = false;       ///< at least one clamp
   bool film = false;        ///< markers and camera
   bool observable = false;  ///< an observable whose markers exist
+  bool mesh = false;        ///< materials, and a part or a mesh file
 };
 
 /// Reads a rig file (TOML, format `twang-rig/1`); millimetres and grams become SI here and nowhere

@@ -20,8 +20,7 @@ Box box_around(const Cylinder& cylinder) {
 }
 
 Box box_around(const SurfaceFile& surface) {
-  const SurfaceMesh mesh = read_surface(surface);
-  return {mesh.vertices.rowwise().minCoeff(), mesh.vertices.rowwise().maxCoeff()};
+  return surface.box ? *surface.box : bounds_of(read_surface(surface));
 }
 
 bool inside(const Box& box, const Eigen::Vector3d& point) {
@@ -69,6 +68,27 @@ std::string_view to_string(MarkerKind kind) {
       return "patch";
   }
   throw InputError("marker kind is not one of the seven kinds");
+}
+
+std::string_view to_string(PartialCells partial_cells) {
+  switch (partial_cells) {
+    case PartialCells::None:
+      return "none";
+    case PartialCells::Mass:
+      return "mass";
+    case PartialCells::MassAndStiffness:
+      return "mass_and_stiffness";
+  }
+  throw InputError("the rule for partial cells is none of the three");
+}
+
+PartialCells partial_cells_from(std::string_view name) {
+  for (const PartialCells rule :
+       {PartialCells::None, PartialCells::Mass, PartialCells::MassAndStiffness}) {
+    if (name == to_string(rule)) return rule;
+  }
+  throw InputError("partial cells are \"" + std::string(name) +
+                   "\", must be none, mass or mass_and_stiffness");
 }
 
 const Marker* Rig::find_marker(std::string_view id) const {

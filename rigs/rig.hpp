@@ -36,6 +36,7 @@ struct SurfaceFile {
   std::filesystem::path file;
   double metres_per_unit = 1e-3;
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  std::optional<Box> box;  ///< around the surface, if it has been read [m]
 };
 
 /// One solid of the union that makes the part; a later one overrides an earlier one's material.
@@ -109,6 +110,33 @@ struct PointMass {
   double mass_kg = 0.0;                          ///< > 0 [kg]
 };
 
+/// What becomes of cells that the part fills in part.
+enum class PartialCells {
+  None,             ///< a cell is full if its centre lies in the part, else empty
+  Mass,             ///< a cell has the mass of what is in it
+  MassAndStiffness  ///< and its share of the stiffness
+};
+
+/// The name a rig file uses for it ("mass_and_stiffness").
+[[nodiscard]] std::string_view to_string(PartialCells partial_cells);
+/// @throws InputError for another name
+[[nodiscard]] PartialCells partial_cells_from(std::string_view name);
+
+/// A mesh of hexahedra in a file (Gmsh `.msh` or VTK `.vtu`), scaled by `metres_per_unit` and moved
+/// by `at` [m].
+struct MeshFile {
+  std::filesystem::path file;
+  double metres_per_unit = 1e-3;
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  std::map<std::string, std::string> material_of_group;  ///< by the name or number of the group
+};
+
+/// How the part becomes a mesh.
+struct Meshing {
+  PartialCells partial_cells = PartialCells::None;
+  std::optional<MeshFile> file;  ///< then the rig has no solids
+};
+
 /// A rig: the part, how it is held, what is on it and how it is filmed; lengths in metres (file
 /// format `twang-rig/1`).
 struct Rig {
@@ -126,6 +154,7 @@ struct Rig {
   Tolerance tolerance;
   std::optional<Eigen::Vector3d> gravity_m_s2;  ///< absent: none
   std::vector<PointMass> masses;
+  Meshing meshing;
 
   [[nodiscard]] const Marker* find_marker(std::string_view id) const;
   [[nodiscard]] const RigMaterial* find_material(std::string_view name) const;

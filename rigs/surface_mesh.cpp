@@ -3,11 +3,14 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -108,9 +111,8 @@ std::uint32_t binary_stl_count(std::string_view bytes) {
   return count;
 }
 
-bool is_binary_stl(std::string_view bytes) {
-  return bytes.size() ==
-         kStlHeaderBytes + sizeof(std::uint32_t) + kStlTriangleBytes * binary_stl_count(bytes);
+std::size_t binary_stl_size(std::string_view bytes) {
+  return kStlHeaderBytes + sizeof(std::uint32_t) + kStlTriangleBytes * binary_stl_count(bytes);
 }
 
 RawSurface read_binary_stl(std::string_view bytes) {
@@ -164,9 +166,19 @@ RawSurface read_raw(const std::filesystem::path& path) {
   }
   const std::string content = read_file(path);
   if (extension == ".obj") return read_obj(file, content);
-  if (is_binary_stl(content)) return read_binary_stl(content);
+  if (content.size() == binary_stl_size(content)) return read_binary_stl(content);
   const bool is_text = content.find('\0') == std::string::npos;
   if (is_text && content.starts_with("solid")) return read_ascii_stl(file, content);
+  if (content.empty()) throw InputError(fmt::format("{}: is empty, must hold a surface", file));
+  const std::size_t expected = binary_stl_size(content);
+  if (!is_text && content.size() < expected) {
+    throw InputError(fmt::format(
+        "{}: is cut short, holds {} bytes of the {} that binary STL of {} triangles has",
+        file,
+        content.size(),
+        expected,
+        binary_stl_count(content)));
+  }
   throw InputError(fmt::format(
       "{}: holds {} bytes, must be ASCII STL or binary STL of {} triangles as its header says",
       file,
@@ -197,6 +209,36 @@ SurfaceMesh read_surface(const SurfaceFile& surface) {
     mesh.triangles.col(static_cast<Eigen::Index>(i)) = raw.triangles[i];
   }
   return mesh;
+}
+
+Box bounds_of(const SurfaceMesh& surface) {
+  assert(surface.triangles.cols() > 0);
+  const Eigen::Vector3d first = surface.vertices.col(surface.triangles(0, 0));
+  Box box = {first, first};
+  for (const int v : surface.triangles.reshaped()) {
+    box.min = box.min.cwiseMin(surface.vertices.col(v));
+    box.max = box.max.cwiseMax(surface.vertices.col(v));
+  }
+  return box;
+}
+
+void write_stl(const std::filesystem::path& path, const SurfaceMesh& surface) {
+  std::string bytes = "binary STL in mm";
+  bytes.resize(kStlHeaderBytes, ' ');
+  const auto append = [&](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  append(static_cast<std::uint32_t>(surface.triangles.cols()));
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    Eigen::Matrix3d corners;
+    for (int i = 0; i < 3; ++i) corners.col(i) = surface.vertices.col(surface.triangles(i, t));
+    const Eigen::Vector3d normal =
+        (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0)).normalized();
+    for (const double x : normal) append(static_cast<float>(x));
+    for (const double x : corners.reshaped()) append(static_cast<float>(x * kMillimetresPerMetre));
+    append(std::uint16_t{0});
+  }
+  write_file_atomically(path, bytes);
 }
 
 }  // namespace twang

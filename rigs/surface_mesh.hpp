@@ -22,4 +22,11 @@ struct SurfaceMesh {
 /// another kind, is cut short, has no triangle or holds a coordinate that is not finite
 [[nodiscard]] SurfaceMesh read_surface(const SurfaceFile& surface);
 
+/// Smallest box around the triangles, of which there must be one [m].
+[[nodiscard]] Box bounds_of(const SurfaceMesh& surface);
+
+/// Writes a surface as binary STL in millimetres, whole or not at all.
+/// @throws InputError if the file cannot be written
+void write_stl(const std::filesystem::path& path, const SurfaceMesh& surface);
+
 }  // namespace twang

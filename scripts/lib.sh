@@ -7,7 +7,7 @@ log_dir=$project_dir/build/logs
 packages_build=(
   g++ cmake ninja-build ccache pkg-config
   libeigen3-dev libfmt-dev nlohmann-json3-dev libtomlplusplus-dev libcli11-dev
-  libceres-dev libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libfftw3-dev libssl-dev
+  libceres-dev libarpack2-dev libsuitesparse-dev libmetis-dev libopenblas-dev libfftw3-dev libssl-dev zlib1g-dev
   libopencv-core-dev libopencv-imgproc-dev
   libapriltag-dev
   libavformat-dev libavcodec-dev libavutil-dev

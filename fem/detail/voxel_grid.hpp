@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "rigs/rig.hpp"
+#include "fem/detail/part_solids.hpp"
 
 #include <Eigen/Core>
 
@@ -23,15 +23,20 @@ struct VoxelGrid {
 
   [[nodiscard]] std::size_t num_cells() const;
   [[nodiscard]] std::size_t index(int i, int j, int k) const;
+  [[nodiscard]] std::array<int, 3> place(std::size_t cell) const;  ///< i, j, k
   [[nodiscard]] bool filled(int i, int j, int k) const;
+  [[nodiscard]] double cell_volume() const { return cell.prod(); }
 };
 
 /// Cells along one axis: max(1, round(length / dx)).
 [[nodiscard]] double cells_along(double length_m, double dx_m);
 
+/// Cuts a box into cells, all empty.
+/// @throws InputError if there would be more than 50 million cells
+[[nodiscard]] VoxelGrid cut_into_cells(const Box& bounds, double dx_m);
+
 /// Fills every cell whose centre lies in a solid; the last such solid counts.
-/// @throws InputError if a solid is a surface file or there would be more than 50 million cells
-[[nodiscard]] VoxelGrid fill_voxels(const Rig& rig, double dx_m);
+void fill_by_centres(VoxelGrid& grid, const std::vector<SolidGeometry>& solids);
 
 /// What keeps a grid from being a mesh of the part.
 struct VoxelFault {
@@ -39,9 +44,10 @@ struct VoxelFault {
   Kind kind = Kind::None;
   int solid = -1;  ///< that vanished, lies under later solids, or stands apart
 };
-[[nodiscard]] VoxelFault find_fault(const Rig& rig, const VoxelGrid& grid);
-
-/// Smallest axis-aligned box around a solid [m].
-[[nodiscard]] Box bounds_of(const PartSolid& solid);
+/// Of a grid filled by centres.
+[[nodiscard]] VoxelFault find_fault(const VoxelGrid& grid,
+                                    const std::vector<SolidGeometry>& solids);
+/// A solid of a cell that faces do not connect with the first filled cell; -1 if there is none.
+[[nodiscard]] int find_island(const VoxelGrid& grid);
 
 }  // namespace twang

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 namespace twang::detail {
 namespace {
 
@@ -39,7 +41,7 @@ SurfaceFile read_surface_file(const TomlTable& table, const std::filesystem::pat
   if (table.has("unit_mm")) surface.metres_per_unit = positive_metres(table, "unit_mm");
   if (table.has("at_mm")) surface.at = metres(table, "at_mm");
   try {
-    (void)read_surface(surface);
+    surface.box = bounds_of(read_surface(surface));
   } catch (const InputError& error) {
     table.complain("file", fmt::format("cannot be used: {}", error.what()));
   }
@@ -127,6 +129,64 @@ std::vector<PartSolid> read_parts(const TomlTable& document,
     parts.push_back(std::move(solid));
   }
   return parts;
+}
+
+namespace {
+
+MeshFile read_mesh_file(const TomlTable& table,
+                        const Rig& rig,
+                        const std::filesystem::path& folder) {
+  MeshFile mesh;
+  mesh.file = folder / table.text("file");
+  if (!rig.parts.empty()) {
+    table.complain("file", "stands beside [[part]], must be alone: the mesh is the part");
+  }
+  if (mesh.file.extension() != ".msh" && mesh.file.extension() != ".vtu") {
+    table.refuse("file", "a Gmsh .msh or VTK .vtu file");
+  }
+  if (!std::filesystem::is_regular_file(mesh.file)) table.refuse("file", "a file that exists");
+  if (table.has("unit_mm")) mesh.metres_per_unit = positive_metres(table, "unit_mm");
+  if (table.has("at_mm")) mesh.at = metres(table, "at_mm");
+  if (const auto groups = table.table("groups")) {
+    std::vector<std::string> names;
+    for (const RigMaterial& material : rig.materials) names.push_back(material.name);
+    for (const std::string& group : groups->keys()) {
+      if (names.empty()) {
+        groups->refuse(group, "defined in a table [materials.NAME], there is none");
+      }
+      mesh.material_of_group[group] = names[groups->choice(group, names)];
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Meshing read_meshing(const TomlTable& document,
+                     const Rig& rig,
+                     const std::filesystem::path& folder) {
+  Meshing meshing;
+  const auto table = document.table("mesh");
+  if (!table) return meshing;
+  table->allow_only({"partial_cells", "file", "unit_mm", "at_mm", "groups"});
+  if (table->has("file")) {
+    if (table->has("partial_cells")) {
+      table->complain("partial_cells", "does not belong to a mesh that is read from a file");
+    }
+    meshing.file = read_mesh_file(*table, rig, folder);
+    return meshing;
+  }
+  for (const char* key : {"unit_mm", "at_mm", "groups"}) {
+    if (table->has(key)) table->complain(key, "belongs to a mesh file, there is none");
+  }
+  if (table->has("partial_cells")) {
+    constexpr std::array kRules = {
+        PartialCells::None, PartialCells::Mass, PartialCells::MassAndStiffness};
+    std::vector<std::string> names;
+    for (const PartialCells rule : kRules) names.emplace_back(to_string(rule));
+    meshing.partial_cells = kRules[table->choice("partial_cells", names)];
+  }
+  return meshing;
 }
 
 std::vector<Box> read_clamps(const TomlTable& document, const Rig& rig) {

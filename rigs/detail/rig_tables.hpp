@@ -24,6 +24,10 @@ namespace twang::detail {
                                                 const std::vector<RigMaterial>& materials,
                                                 const std::filesystem::path& folder);
 [[nodiscard]] std::vector<Box> read_clamps(const TomlTable& document, const Rig& rig);
+/// Checked against parts and materials.
+[[nodiscard]] Meshing read_meshing(const TomlTable& document,
+                                   const Rig& rig,
+                                   const std::filesystem::path& folder);
 /// Checked against the parts.
 [[nodiscard]] std::vector<Marker> read_markers(const TomlTable& document, const Rig& rig);
 [[nodiscard]] std::optional<Camera> read_camera(const TomlTable& document,

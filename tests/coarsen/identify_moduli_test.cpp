@@ -169,6 +169,35 @@ TEST(IdentifyModuli, SaysWhenTheDataCannotTellMaterialsApart) {
   EXPECT_NE(found.notes.back().find("\"stiff\" holds at most"), std::string::npos)
       << found.notes.back();
   EXPECT_NEAR(found.materials[0].youngs_modulus_pa / kSoft_pa, 1.0, 0.01);
+  EXPECT_LT(found.materials[0].statistical_rel, 0.01);
+  EXPECT_TRUE(std::isinf(found.materials[1].statistical_rel));
+}
+
+TEST(IdentifyModuli, SaysWhenModesAreMixturesOfOneRatio) {
+  const Rig rig = jointed_beam(30.0);
+  const DampedSinusoid sinusoid = sinusoid_of(rig, 0);
+  const auto found = identify_moduli({{&rig, sinusoid, 0}, {&rig, sinusoid, 0}}, on_one_mesh());
+  EXPECT_FALSE(found.distinguishable);
+  EXPECT_TRUE(std::isinf(found.materials[0].statistical_rel));
+  EXPECT_TRUE(std::isinf(found.materials[1].statistical_rel));
+  ASSERT_FALSE(found.notes.empty());
+  EXPECT_NE(found.notes.back().find("do not tell"), std::string::npos);
+}
+
+TEST(IdentifyModuli, SaysWhichModeTheModuliDoNotExplain) {
+  const Rig hinged = jointed_beam(10.0);
+  const Rig plain = jointed_beam(0.0);
+  DampedSinusoid off = sinusoid_of(plain, 1);
+  off.frequency_hz *= 1.2;
+  const auto found = identify_moduli({{&hinged, sinusoid_of(hinged, 0), {}},
+                                      {&plain, sinusoid_of(plain, 0), 0, "flat.json"},
+                                      {&plain, off, 1, "edge.json"}},
+                                     on_one_mesh());
+  int told = 0;
+  for (const std::string& note : found.notes) {
+    told += note.find("flat.json") == 0 || note.find("edge.json") == 0 ? 1 : 0;
+  }
+  EXPECT_EQ(told, 2);  // the one modulus lies between
 }
 
 TEST(IdentifyModuli, RefinesTheMeshUntilTheModuliStand) {

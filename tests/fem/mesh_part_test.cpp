@@ -157,9 +157,9 @@ TEST(MeshPart, RefusesNonsense) {
   EXPECT_TRUE(test::holds(refusal(test::beam_rig(), 1e-5), "50 million"));
   EXPECT_TRUE(test::holds(refusal(make_rig({}), 1e-3), "no part"));
   Rig surface = test::beam_rig();
-  surface.parts.push_back({"part", SurfaceFile{"arm.stl", 1e-3, Vector3d::Zero()}});
+  surface.parts.push_back({"part", SurfaceFile{"arm.stl", 1e-3, Vector3d::Zero(), {}}});
   EXPECT_TRUE(test::holds(refusal(surface, 1e-3), "arm.stl"));
-  EXPECT_TRUE(test::holds(refusal(surface, 1e-3), "cannot be meshed yet"));
+  EXPECT_TRUE(test::holds(refusal(surface, 1e-3), "no such file"));
 }
 
 TEST(ClampedNodes, HoldsWhatLiesInTheBoxMidEdgeNodesIncluded) {

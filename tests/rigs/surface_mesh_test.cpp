@@ -88,7 +88,7 @@ TEST_P(SurfaceFormats, GiveTheSameClosedSurfaceScaledAndMoved) {
   const TemporaryFolder folder;
   const Vector3d at(0.5, 0.25, -0.125);
   const SurfaceMesh mesh =
-      read_surface({folder.write(GetParam().name, GetParam().content), 0.5, at});
+      read_surface({folder.write(GetParam().name, GetParam().content), 0.5, at, {}});
   EXPECT_EQ(mesh.triangles.cols(), 4);
   // All numbers are exact in binary; 1e-15 is the rounding of the sum.
   EXPECT_NEAR(volume_of(mesh), 0.125, 1e-15);
@@ -109,12 +109,12 @@ INSTANTIATE_TEST_SUITE_P(Surface,
 TEST(SurfaceMesh, RefusesWhatIsNoSurface) {
   const TemporaryFolder folder;
   const auto refusal = [&](const char* name, const std::string& content) {
-    const SurfaceFile surface = {folder.write(name, content), 1.0, Vector3d::Zero()};
+    const SurfaceFile surface = {folder.write(name, content), 1.0, Vector3d::Zero(), {}};
     return refusal_of([&] { (void)read_surface(surface); });
   };
   EXPECT_TRUE(holds(refusal("part.step", "x"), "must be named .stl or .obj"));
-  EXPECT_TRUE(holds(refusal("short.stl", binary_stl().substr(0, 200)), "holds 200 bytes"));
-  EXPECT_TRUE(holds(refusal("empty.stl", ""), "holds 0 bytes"));
+  EXPECT_TRUE(holds(refusal("short.stl", binary_stl().substr(0, 200)), "is cut short, holds 200 bytes of the 284"));
+  EXPECT_TRUE(holds(refusal("empty.stl", ""), "is empty"));
   EXPECT_TRUE(holds(refusal("none.stl", "solid a\nendsolid a\n"), "has no triangle"));
   EXPECT_TRUE(holds(refusal("word.stl", "solid a\nvertex 1 2 x\n"), "word.stl:2: 'x'"));
   EXPECT_TRUE(holds(refusal("two.stl", "solid a\nvertex 1 2 3\nendfacet\n"), "two.stl:3: "));

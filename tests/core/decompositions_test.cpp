@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "harmonic_inversion/detail/decompositions.hpp"
+#include "core/dense_algebra.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace twang::detail {
+namespace twang {
 namespace {
 
 using Complex = std::complex<double>;
@@ -97,10 +97,6 @@ TEST(RealSolvers, SolveTheirEquations) {
   // The condition of so small a random matrix is some tens.
   EXPECT_LT((a * *x - b).norm(), 1e-12);
   const MatrixXd tall = random_real(20, 6, 9);
-  const MatrixXd right = random_real(20, 2, 10);
-  const auto least = solve_least_squares(tall, right);
-  ASSERT_TRUE(least);
-  EXPECT_LT((tall.transpose() * (tall * *least - right)).norm(), 1e-12);
   const MatrixXd normal = tall.transpose() * tall;
   const auto r = cholesky(normal);
   ASSERT_TRUE(r);
@@ -109,6 +105,32 @@ TEST(RealSolvers, SolveTheirEquations) {
   const MatrixXd c = random_real(6, 2, 11);
   EXPECT_LT((*r * solve_triangle(*r, c) - c).norm(), 1e-12);
   EXPECT_LT((r->transpose() * solve_transposed_triangle(*r, c) - c).norm(), 1e-12);
+}
+
+TEST(RealSvd, IsTheMatrixWhateverItsShape) {
+  for (const auto& [rows, columns] : {std::pair{1, 1}, {30, 30}, {80, 41}, {7, 30}, {5, 1}}) {
+    const MatrixXd a = random_real(rows, columns, 13);
+    const auto svd = thin_svd(a);
+    ASSERT_TRUE(svd);
+    EXPECT_EQ(svd->s.size(), std::min(rows, columns));
+    EXPECT_LT((svd->u * svd->s.asDiagonal() * svd->v.transpose() - a).norm(), kRoundOff * a.norm());
+    EXPECT_LT(off_identity(svd->u), kRoundOff);
+    EXPECT_LT(off_identity(svd->v), kRoundOff);
+    EXPECT_GE(svd->s(svd->s.size() - 1), 0.0);
+  }
+}
+
+TEST(Eigenvalues, OfARealMatrixAreTheRootsOfItsPolynomial) {
+  // Companion of (x - 2) (x² - 2 x + 5) = x³ - 4 x² + 9 x - 10: 2 and 1 ± 2 i.
+  MatrixXd a = MatrixXd::Zero(3, 3);
+  a.row(0) << 4.0, -9.0, 10.0;
+  a(1, 0) = a(2, 1) = 1.0;
+  const auto values = eigenvalues(a);
+  ASSERT_TRUE(values);
+  for (const Complex root : {Complex(2.0, 0.0), Complex(1.0, 2.0), Complex(1.0, -2.0)})
+    EXPECT_LT((values->array() - root).abs().minCoeff(), kRoundOff);
+  a(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(eigenvalues(a));
 }
 
 TEST(RealSolvers, HaveNoAnswerForWhatIsSingular) {
@@ -127,4 +149,4 @@ TEST(Decompositions, HaveNoAnswerForWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace twang::detail
+}  // namespace twang
