@@ -16,14 +16,14 @@ namespace twang {
 ///     F = 1 + grad u + sum_i alpha_i ⊗ g_i,   g_i = (j0 / j) J0^-T xi_i e_i
 ///
 /// with J the Jacobian, j its determinant and 0 the element's middle; each element's alpha minimize
-/// its energy. What lambda multiplies is summed over the middles of the six faces instead, which is
-/// exact for dilatations linear in xi and does not see bilinear ones: nu near 0.5 does not lock it.
-/// There grad N is shifted by a constant, so that its mean is the true one (the patch test).
+/// its energy. What lambda multiplies is summed over the middles of the six faces instead. That is
+/// exact for volumes and mean gradients (the patch test) and for dilatations linear in xi, and does
+/// not see bilinear ones: nu near 0.5 does not lock the element.
 ///
 /// Under large strain alpha is found anew at every displacement. Where the strain has lost its
 /// stability, and alpha no minimum, the energy is infinite, as of an element inside out: the
-/// neo-Hookean model stands a compression to a tenth, Saint Venant-Kirchhoff material of nu 0.45 not
-/// one to 0.9 if it is held laterally.
+/// neo-Hookean model stands a compression to a tenth, Saint Venant-Kirchhoff material of nu 0.45
+/// not one to 0.9 if it is held laterally.
 enum class ElementKind { Hex8, Hex20, Hex8e };
 
 [[nodiscard]] std::string_view to_string(ElementKind kind);

@@ -73,24 +73,6 @@ struct PointTable {
   Eigen::MatrixXd gradients;
 };
 
-/// sum of weight times gradient over the sum of weights.
-Eigen::VectorXd mean(const Eigen::MatrixXd& gradients, const Eigen::VectorXd& weights) {
-  return gradients * weights / weights.sum();
-}
-
-/// Gives the points behind the quadrature's the same volume and mean gradients as those.
-void match_points(Eigen::Index num_points, PointTable& table) {
-  const Eigen::Index extra = table.weights.size() - num_points;
-  if (extra == 0) return;
-  auto weights = table.weights.tail(extra);
-  weights *= table.weights.head(num_points).sum() / weights.sum();
-  auto gradients = table.gradients.rightCols(extra);
-  const Eigen::VectorXd shift =
-      mean(table.gradients.leftCols(num_points), table.weights.head(num_points)) -
-      mean(gradients, weights);
-  gradients.colwise() += shift;
-}
-
 PointTable point_table(ElementKind kind, const Eigen::Matrix3Xd& X, int element) {
   const Quadrature rule = energy_rule(kind);
   const auto num_points = static_cast<Eigen::Index>(rule.points.size());
@@ -119,7 +101,6 @@ PointTable point_table(ElementKind kind, const Eigen::Matrix3Xd& X, int element)
                                      Eigen::Matrix3d(xi.asDiagonal());
     table.gradients.col(g).tail(9) = enhanced.reshaped();
   }
-  match_points(static_cast<Eigen::Index>(quadrature(kind).points.size()), table);
   return table;
 }
 

@@ -23,8 +23,8 @@ constexpr float kSafety = 1.15F;
 /// A level that saves less than this is not worth its while.
 constexpr double kLeastCoarsening = 1.5;
 
-/// Types of the finest cells: material and held degrees of freedom.
-TypedGrid typed_grid(const VoxelBody& body, std::vector<int>& material_of_type) {
+/// Types of the finest cells: the body's, and held degrees of freedom.
+TypedGrid typed_grid(const VoxelBody& body, std::vector<int>& body_type) {
   TypedGrid result;
   result.grid = body.grid();
   result.held = body.held();
@@ -32,12 +32,12 @@ TypedGrid typed_grid(const VoxelBody& body, std::vector<int>& material_of_type) 
   const auto nodes = result.grid.nodes_of_cells();
   std::map<std::pair<int, std::uint32_t>, int> known;
   for (int c = 0; c < result.grid.num_cells(); ++c) {
-    const int material = body.material_of_cell(c);
+    const int type = body.type_of_cell(c);
     const std::uint32_t mask = held_mask(result.held, result.grid.num_nodes(), nodes.col(c));
-    const auto [at, added] = known.try_emplace({material, mask}, result.num_types);
+    const auto [at, added] = known.try_emplace({type, mask}, result.num_types);
     if (added) {
       ++result.num_types;
-      material_of_type.push_back(material);
+      body_type.push_back(type);
       result.held_of_type.push_back(mask);
     }
     result.type[c] = at->second;
@@ -48,7 +48,7 @@ TypedGrid typed_grid(const VoxelBody& body, std::vector<int>& material_of_type) 
 }  // namespace
 
 Multigrid::Multigrid(const VoxelBody& body, int max_coarse_dofs)
-    : m_body(body), m_fine(typed_grid(body, m_fine_material)) {
+    : m_body(body), m_fine(typed_grid(body, m_type_of_fine)) {
   const TypedGrid* last = &m_fine;
   m_levels.emplace_back();
   m_levels.back().cells = last;
@@ -109,8 +109,8 @@ SolveStatus Multigrid::prepare(const StiffnessCombination& of) {
 
 std::vector<Eigen::MatrixXd> Multigrid::fine_matrices(const StiffnessCombination& of) const {
   std::vector<Eigen::MatrixXd> matrices;
-  for (std::size_t t = 0; t < m_fine_material.size(); ++t) {
-    matrices.push_back(m_body.cell_matrix(of, m_fine_material[t]));
+  for (std::size_t t = 0; t < m_type_of_fine.size(); ++t) {
+    matrices.push_back(m_body.cell_matrix(of, m_type_of_fine[t]));
     zero_held(m_fine.held_of_type[t], matrices.back());
   }
   return matrices;

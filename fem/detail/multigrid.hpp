@@ -61,7 +61,7 @@ class Multigrid {
   void set_coarsest(const Eigen::VectorXd& x);
 
   const VoxelBody& m_body;
-  std::vector<int> m_fine_material;  ///< of each type of m_fine
+  std::vector<int> m_type_of_fine;  ///< the body's, of each type of m_fine
   TypedGrid m_fine;
   std::vector<std::unique_ptr<CoarseGrid>> m_coarse;
   std::vector<Level> m_levels;

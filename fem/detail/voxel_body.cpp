@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 
 namespace twang {
 namespace {
@@ -95,16 +96,7 @@ VoxelBody::VoxelBody(const ElasticBody& body, const FreeDofs& free) : m_num_free
   const Eigen::Matrix3Xi cells = permuted(mesh_cells, m_axis);
   m_grid = CellGrid(cells);
 
-  for (const ElasticMaterial& material : body.materials()) {
-    const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
-    m_materials.push_back(
-        {lame.mu, lame.lambda, material.density_kg_m3, material.damping_stiffness_b_s});
-  }
-  m_material_of_cell.resize(m_grid.num_cells());
-  for (int e = 0; e < mesh.num_elements(); ++e) {
-    m_material_of_cell[m_grid.find_cell(cells.col(e))] =
-        mesh.material_of_element[static_cast<std::size_t>(e)];
-  }
+  take_materials(body, cells);
 
   const int num_nodes = m_grid.num_nodes();
   std::vector<int> free_from_full(static_cast<std::size_t>(3 * num_nodes), -1);
@@ -139,6 +131,43 @@ VoxelBody::VoxelBody(const ElasticBody& body, const FreeDofs& free) : m_num_free
       own.nodes.push_back(own_node[static_cast<std::size_t>(node)]);
     }
     m_point_masses.push_back(own);
+  }
+}
+
+void VoxelBody::take_materials(const ElasticBody& body, const Eigen::Matrix3Xi& cells) {
+  const HexMesh& mesh = body.mesh();
+  for (const ElasticMaterial& material : body.materials()) {
+    const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
+    m_materials.push_back(
+        {lame.mu, lame.lambda, material.density_kg_m3, material.damping_stiffness_b_s});
+  }
+  m_material_of_cell.resize(m_grid.num_cells());
+  m_type_of_cell.resize(m_grid.num_cells());
+  m_stiffness_fill.resize(mesh.stiffness_fill.size());
+  m_mass_fill.resize(mesh.mass_fill.size());
+  std::map<std::array<int, 3>, int> known;
+  const auto steps = [](double fill) {
+    return std::max(1, static_cast<int>(std::lround(kFillSteps * fill)));
+  };
+  for (int e = 0; e < mesh.num_elements(); ++e) {
+    const int cell = m_grid.find_cell(cells.col(e));
+    const int material = mesh.material_of_element[static_cast<std::size_t>(e)];
+    m_material_of_cell[cell] = material;
+    double stiffness = 1.0;
+    double mass = 1.0;
+    if (m_stiffness_fill.size() > 0) {
+      m_stiffness_fill[cell] = stiffness = mesh.stiffness_fill[e];
+    }
+    if (m_mass_fill.size() > 0) m_mass_fill[cell] = mass = mesh.mass_fill[e];
+    const std::array<int, 3> key = {material, steps(stiffness), steps(mass)};
+    const auto [at, added] = known.try_emplace(key, static_cast<int>(m_types.size()));
+    m_type_of_cell[cell] = at->second;
+    if (!added) continue;
+    CellMaterial type = m_materials[static_cast<std::size_t>(material)];
+    type.mu *= key[1] / kFillSteps;
+    type.lambda *= key[1] / kFillSteps;
+    type.density *= key[2] / kFillSteps;
+    m_types.push_back(type);
   }
 }
 
@@ -182,12 +211,15 @@ CellModuli<Real> VoxelBody::moduli(const StiffnessCombination& of) const {
   if (of.mass != 0.0) result.mass.resize(m_grid.num_cells());
   for (int c = 0; c < m_grid.num_cells(); ++c) {
     const CellMaterial& at = m_materials[static_cast<std::size_t>(m_material_of_cell[c])];
-    const double factor = volume * (of.stiffness + of.damping * at.damping_b);
+    const double stiffness_fill = m_stiffness_fill.size() > 0 ? m_stiffness_fill[c] : 1.0;
+    const double mass_fill = m_mass_fill.size() > 0 ? m_mass_fill[c] : 1.0;
+    const double factor = volume * stiffness_fill * (of.stiffness + of.damping * at.damping_b);
     if (stiff) {
       result.mu[c] = static_cast<Real>(factor * at.mu);
       result.lambda[c] = static_cast<Real>(factor * at.lambda);
     }
-    if (of.mass != 0.0) result.mass[c] = static_cast<Real>(volume * of.mass * at.density);
+    if (of.mass != 0.0)
+      result.mass[c] = static_cast<Real>(volume * mass_fill * of.mass * at.density);
   }
   return result;
 }
@@ -247,8 +279,8 @@ void VoxelBody::add_point_masses(double factor,
   }
 }
 
-Eigen::MatrixXd VoxelBody::cell_matrix(const StiffnessCombination& of, int material) const {
-  const CellMaterial& at = m_materials[static_cast<std::size_t>(material)];
+Eigen::MatrixXd VoxelBody::cell_matrix(const StiffnessCombination& of, int type) const {
+  const CellMaterial& at = m_types[static_cast<std::size_t>(type)];
   const double volume = m_cell_size.prod() / 64.0;
   const double factor = volume * (of.stiffness + of.damping * at.damping_b);
   const double mu = factor * at.mu;

@@ -36,8 +36,10 @@ class VoxelBody {
   [[nodiscard]] int size() const { return 3 * m_grid.num_nodes(); }
   [[nodiscard]] int num_nodes() const { return m_grid.num_nodes(); }
   [[nodiscard]] const std::vector<char>& held() const { return m_held; }
-  [[nodiscard]] int num_materials() const { return static_cast<int>(m_materials.size()); }
-  [[nodiscard]] int material_of_cell(int cell) const { return m_material_of_cell[cell]; }
+  /// Cells of one type have nearly the same matrix: one material, and as full but for a part in
+  /// kFillSteps; right for a preconditioner.
+  [[nodiscard]] int type_of_cell(int cell) const { return m_type_of_cell[cell]; }
+  static constexpr double kFillSteps = 32.0;
 
   [[nodiscard]] Eigen::VectorXd from_free(const Eigen::VectorXd& free) const;
   [[nodiscard]] Eigen::VectorXd to_free(const Eigen::VectorXd& own) const;
@@ -51,8 +53,8 @@ class VoxelBody {
   void add_product(const CellModuli<Real>& A, Real scale, const Real* x, Real* y) const;
   /// y += factor m N (N . x) of every point mass.
   void add_point_masses(double factor, const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
-  /// Of one cell of a material, held by nothing, (24 x 24), component by component.
-  [[nodiscard]] Eigen::MatrixXd cell_matrix(const StiffnessCombination& of, int material) const;
+  /// Of one cell of a type, held by nothing, (24 x 24), component by component.
+  [[nodiscard]] Eigen::MatrixXd cell_matrix(const StiffnessCombination& of, int type) const;
 
  private:
   struct CellMaterial {
@@ -63,6 +65,7 @@ class VoxelBody {
     Eigen::VectorXd weights;
     double mass_kg = 0.0;
   };
+  void take_materials(const ElasticBody& body, const Eigen::Matrix3Xi& cells);
   template <class Real>
   [[nodiscard]] CellConstants<Real> constants(Real scale) const;
 
@@ -72,6 +75,10 @@ class VoxelBody {
   CellGrid m_grid;
   Eigen::ArrayXi m_material_of_cell;
   std::vector<CellMaterial> m_materials;
+  Eigen::ArrayXd m_stiffness_fill;  ///< of each cell; empty: 1
+  Eigen::ArrayXd m_mass_fill;
+  Eigen::ArrayXi m_type_of_cell;
+  std::vector<CellMaterial> m_types;
   Eigen::ArrayXi m_full_from_own;  ///< degree of freedom of the mesh for each of the grid
   Eigen::ArrayXi m_free_from_own;  ///< -1 where held
   std::vector<char> m_held;        ///< of each degree of freedom of the grid

@@ -73,6 +73,9 @@ TEST(EigenmodesByMultigrid, EqualThoseByFactorOnThinLeavesOfTwoMaterials) {
   expect_as_by_factor(ElasticBody(mesh, {stiff, soft}), free, 6);
   for (int axis = 0; axis < 3; ++axis) mesh.nodes.row(axis) *= 1.0 + 0.4 * axis;
   expect_as_by_factor(ElasticBody(mesh, {stiff, stiff}), free, 6);
+  mesh.stiffness_fill = test::random_vector(mesh.num_elements(), 0.4, 7).array() + 0.6;
+  mesh.mass_fill = test::random_vector(mesh.num_elements(), 0.4, 8).array() + 0.9;
+  expect_as_by_factor(ElasticBody(mesh, {soft, stiff}), free, 4);
 }
 
 TEST(EigenmodesByMultigrid, EqualThoseByFactorNearIncompressibility) {

@@ -36,6 +36,9 @@ Bodies two_materials(ElementKind kind = ElementKind::Hex8) {
   rig.parts[1].material = "other";
   HexMesh mesh = mesh_part(rig, dx_m, kind);
   for (int axis = 0; axis < 3; ++axis) mesh.nodes.row(axis) *= 1.0 + 0.3 * axis;
+  // Cells that are full in part, and weigh what lies beside them too.
+  mesh.stiffness_fill = test::random_vector(mesh.num_elements(), 0.3, 7).array() + 0.6;
+  mesh.mass_fill = test::random_vector(mesh.num_elements(), 0.4, 8).array() + 0.9;
   ElasticMaterial soft = test::elastic(1e9, 0.45, 1205);
   ElasticMaterial stiff = test::elastic(7e10, 0.2, 2700);
   soft.damping_stiffness_b_s = 2e-4;
