@@ -13,7 +13,7 @@ namespace {
 class Lattice {
  public:
   Lattice(const MappedBlock& block, ElementKind kind)
-      : m_block(block), m_per_cell(kind == ElementKind::Hex8 ? 1 : 2) {
+      : m_block(block), m_per_cell(kind == ElementKind::Hex20 ? 2 : 1) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       m_size[axis] = m_per_cell * block.cells[axis] + (block.closed[axis] ? 0 : 1);
     }

@@ -157,7 +157,8 @@ HexMesh with_kind(const HexMesh& mesh, ElementKind kind) {
   if (mesh.kind == kind) return mesh;
   HexMesh other = mesh;
   other.kind = kind;
-  if (kind == ElementKind::Hex8) {
+  if (nodes_per_element(kind) == mesh.elements.rows()) return other;
+  if (kind != ElementKind::Hex20) {
     other.elements = mesh.elements.topRows(8).eval();
     drop_unused_nodes(other);
     return other;

@@ -14,8 +14,8 @@ namespace {
 
 /// Overlaps are found at so many points in all, more of them in a cell the fewer cells there are;
 /// lines through a surface stay below kMaxLines.
-constexpr double kMaxPoints = 4e6;
-constexpr double kMaxLines = 4e6;
+constexpr double kMaxPoints = 2e6;
+constexpr double kMaxLines = 2.5e5;
 constexpr double kMaxPointsPerAxis = 64;
 constexpr double kMaxLinesPerAxis = 512;
 
@@ -125,34 +125,53 @@ void add_length(double low, double high, std::vector<double>& of_cell) {
   }
 }
 
-/// Of a surface that crosses itself: shares along lines.
+/// What lines through a column of cells say of them.
+struct ColumnShares {
+  std::vector<double> inside;   ///< length in each cell around which the surface winds once or more
+  std::vector<double> crossed;  ///< around which it winds otherwise than once or not at all
+};
+
+void add_line(const VoxelGrid& grid,
+              std::span<const SurfaceColumns::Crossing> line,
+              ColumnShares& shares) {
+  int winding = 0;
+  double entered = 0.0;
+  for (const SurfaceColumns::Crossing& crossing : line) {
+    const double z = (crossing.z - grid.origin.z()) / grid.cell.z();
+    if (winding > 0) add_length(entered, z, shares.inside);
+    if (winding > 1 || winding < 0) add_length(entered, z, shares.crossed);
+    winding += crossing.turn;
+    entered = z;
+  }
+}
+
+/// Of a surface that crosses itself: shares along lines in the cells where it does.
 void add_crossed_shares(const VoxelGrid& grid,
                         const SurfaceMesh& surface,
                         int solid,
                         std::vector<CellShare>& shares) {
+  const std::vector<double> uncrossed =
+      enclosed_shares({grid.origin, grid.cell, grid.count}, surface);
   const int per_cell = lines_per_cell(grid, kMaxLinesPerAxis);
   const SurfaceColumns columns(
       surface, spread_over_cells(grid, 0, per_cell), spread_over_cells(grid, 1, per_cell));
-  std::vector<double> length(static_cast<std::size_t>(grid.count[2]));
+  const auto height = static_cast<std::size_t>(grid.count[2]);
   for (int j = 0; j < grid.count[1]; ++j) {
     for (int i = 0; i < grid.count[0]; ++i) {
-      std::fill(length.begin(), length.end(), 0.0);
+      ColumnShares column = {std::vector<double>(height, 0.0), std::vector<double>(height, 0.0)};
       for (int line = 0; line < per_cell * per_cell; ++line) {
-        int winding = 0;
-        double entered = 0.0;
-        for (const SurfaceColumns::Crossing& crossing :
-             columns.at(static_cast<std::size_t>(i * per_cell + line % per_cell),
-                        static_cast<std::size_t>(j * per_cell + line / per_cell))) {
-          const double z = (crossing.z - grid.origin.z()) / grid.cell.z();
-          if (winding > 0) add_length(entered, z, length);
-          winding += crossing.turn;
-          entered = z;
-        }
+        add_line(grid,
+                 columns.at(static_cast<std::size_t>(i * per_cell + line % per_cell),
+                            static_cast<std::size_t>(j * per_cell + line / per_cell)),
+                 column);
       }
       for (int k = 0; k < grid.count[2]; ++k) {
-        const double share =
-            overlap_with_cell(0.0, length[static_cast<std::size_t>(k)] / (per_cell * per_cell));
-        if (share > 0.0) shares.push_back({grid.index(i, j, k), solid, share});
+        const std::size_t cell = grid.index(i, j, k);
+        const auto at = static_cast<std::size_t>(k);
+        const double share = column.crossed[at] > 0.0
+                                 ? overlap_with_cell(0.0, column.inside[at] / (per_cell * per_cell))
+                                 : uncrossed[cell];
+        if (share > 0.0) shares.push_back({cell, solid, share});
       }
     }
   }

@@ -20,7 +20,7 @@ struct CellShare {
 ///
 /// Exact but for round-off where solids do not overlap or only boxes do (a cylinder as a prism of
 /// its volume); where others overlap, the overlap is found at points spread over the cell, and of a
-/// surface that crosses itself the shares along lines spread over it.
+/// surface that crosses itself, where it does, the shares along lines spread over it.
 [[nodiscard]] std::vector<CellShare> share_cells(const VoxelGrid& grid,
                                                  const std::vector<SolidGeometry>& solids);
 
