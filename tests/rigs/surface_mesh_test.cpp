@@ -113,7 +113,8 @@ TEST(SurfaceMesh, RefusesWhatIsNoSurface) {
     return refusal_of([&] { (void)read_surface(surface); });
   };
   EXPECT_TRUE(holds(refusal("part.step", "x"), "must be named .stl or .obj"));
-  EXPECT_TRUE(holds(refusal("short.stl", binary_stl().substr(0, 200)), "is cut short, holds 200 bytes of the 284"));
+  EXPECT_TRUE(holds(refusal("short.stl", binary_stl().substr(0, 200)),
+                    "is cut short, holds 200 bytes of the 284"));
   EXPECT_TRUE(holds(refusal("empty.stl", ""), "is empty"));
   EXPECT_TRUE(holds(refusal("none.stl", "solid a\nendsolid a\n"), "has no triangle"));
   EXPECT_TRUE(holds(refusal("word.stl", "solid a\nvertex 1 2 x\n"), "word.stl:2: 'x'"));
