@@ -8,6 +8,7 @@
 #include "harmonic_inversion/projected_fit.hpp"
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 #include <cmath>
