@@ -32,6 +32,7 @@ struct IdentifyCommand {
 /// "1,3" as mode numbers from 0.
 std::vector<int> mode_numbers(const std::string& list) {
   std::vector<int> numbers;
+  if (list.empty()) throw InputError("--mesh-modes is empty, must be as in 1,3, or 'auto'");
   for (std::string_view rest = list; !rest.empty();) {
     const std::string_view word = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(rest.size(), word.size() + 1));
@@ -40,6 +41,9 @@ std::vector<int> mode_numbers(const std::string& list) {
     if (error != std::errc{} || end != word.data() + word.size() || number < 1) {
       throw InputError(fmt::format(
           "--mesh-modes is '{}', must be mode numbers from 1 on, as in 1,3, or 'auto'", list));
+    }
+    if (std::find(numbers.begin(), numbers.end(), number - 1) != numbers.end()) {
+      throw InputError(fmt::format("--mesh-modes is '{}', must name each mode once", list));
     }
     numbers.push_back(number - 1);
   }

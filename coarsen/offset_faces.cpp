@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarsen/detail/offset_faces.hpp"
 
+#include "fem/hex_edges.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -16,19 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using GridIndex = std::array<long, 3>;
 
-/// Corner nodes that span edge 8 + i of the quadratic hexahedron, VTK order.
-constexpr std::array<std::array<int, 2>, 12> kEdgeCorners = {{{0, 1},
-                                                              {1, 2},
-                                                              {2, 3},
-                                                              {3, 0},
-                                                              {4, 5},
-                                                              {5, 6},
-                                                              {6, 7},
-                                                              {7, 4},
-                                                              {0, 4},
-                                                              {1, 5},
-                                                              {2, 6},
-                                                              {3, 7}}};
 constexpr int kNumCorners = 8;
 
 /// The outward motion of each corner node that lies on an outer face across an axis; absent where
@@ -118,8 +107,8 @@ Eigen::Matrix3Xd outward_growth(const HexMesh& mesh) {
   }
   if (mesh.kind == ElementKind::Hex20) {
     for (Eigen::Index e = 0; e < mesh.elements.cols(); ++e) {
-      for (std::size_t i = 0; i < kEdgeCorners.size(); ++i) {
-        const auto [a, b] = kEdgeCorners[i];
+      for (std::size_t i = 0; i < kHexEdges.size(); ++i) {
+        const auto [a, b] = kHexEdges[i];
         growth.col(mesh.elements(kNumCorners + static_cast<int>(i), e)) =
             0.5 * (growth.col(mesh.elements(a, e)) + growth.col(mesh.elements(b, e)));
       }

@@ -99,8 +99,12 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
 }
 
 bool RigModes::refine(long max_dofs) {
-  if (count_dofs(*m_rig, 0.5 * m_dx_m, ElementKind::Hex20) > max_dofs) return false;
-  m_dx_m *= 0.5;
+  const long before = count_dofs(*m_rig, m_dx_m, ElementKind::Hex20);
+  double finer_m = 0.5 * m_dx_m;
+  // Cells larger than the part make the same mesh as half of them.
+  while (count_dofs(*m_rig, finer_m, ElementKind::Hex20) == before) finer_m *= 0.5;
+  if (count_dofs(*m_rig, finer_m, ElementKind::Hex20) > max_dofs) return false;
+  m_dx_m = finer_m;
   return true;
 }
 

@@ -4,6 +4,8 @@
 #include "core/atomic_file.hpp"
 #include "core/detail/object_reader.hpp"
 
+#include <cmath>
+
 namespace twang {
 namespace {
 
@@ -37,8 +39,10 @@ std::vector<DampedSinusoid> read_modes(const std::filesystem::path& path) {
     DampedSinusoid& sinusoid = modes.emplace_back();
     sinusoid.frequency_hz = mode.non_negative("frequency_hz");
     sinusoid.decay_per_s = mode.non_negative("decay_per_s");
-    if (!(sinusoid.lambda_per_s2() > 0.0)) {
-      mode.fail("frequency_hz", entry.at("frequency_hz"), "> 0 unless decay_per_s is");
+    if (!(sinusoid.lambda_per_s2() > 0.0) || !std::isfinite(sinusoid.lambda_per_s2())) {
+      mode.fail("frequency_hz",
+                entry.at("frequency_hz"),
+                "> 0 unless decay_per_s is, and both of a size that can be squared");
     }
     if (mode.has("frequency_sigma_hz")) {
       sinusoid.frequency_sigma_hz = mode.non_negative("frequency_sigma_hz");

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "fem/detail/raw_mesh.hpp"
+#include "fem/hex_edges.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,19 +19,6 @@
 
 namespace twang {
 namespace {
-
-constexpr std::array<std::array<int, 2>, 12> kEdges = {{{0, 1},
-                                                        {1, 2},
-                                                        {2, 3},
-                                                        {3, 0},
-                                                        {4, 5},
-                                                        {5, 6},
-                                                        {6, 7},
-                                                        {7, 4},
-                                                        {0, 4},
-                                                        {1, 5},
-                                                        {2, 6},
-                                                        {3, 7}}};
 
 /// Numbers the nodes that elements have, in their order, and leaves out the others.
 void drop_unused_nodes(HexMesh& mesh) {
@@ -168,9 +156,9 @@ HexMesh with_kind(const HexMesh& mesh, ElementKind kind) {
   other.elements.resize(nodes_per_element(kind), mesh.elements.cols());
   other.elements.topRows(8) = mesh.elements;
   for (int e = 0; e < mesh.num_elements(); ++e) {
-    for (std::size_t i = 0; i < kEdges.size(); ++i) {
-      const int a = mesh.elements(kEdges[i][0], e);
-      const int b = mesh.elements(kEdges[i][1], e);
+    for (std::size_t i = 0; i < kHexEdges.size(); ++i) {
+      const int a = mesh.elements(kHexEdges[i][0], e);
+      const int b = mesh.elements(kHexEdges[i][1], e);
       const auto [at, is_new] = middle.try_emplace(
           {std::min(a, b), std::max(a, b)}, mesh.num_nodes() + static_cast<int>(added.size()));
       if (is_new) added.push_back(0.5 * (mesh.nodes.col(a) + mesh.nodes.col(b)));

@@ -34,7 +34,8 @@ class RigModes {
   /// @throws InputError if more modes are measured than can be seen; NumericalFailure; Cancelled
   [[nodiscard]] std::vector<MeasuredMode> compute(const std::map<std::string, double>& moduli,
                                                   const ProgressCallback& progress);
-  /// Halves the cells; false if the mesh would then have more than `max_dofs` unknowns.
+  /// Halves the cells, until the mesh is another; false if the mesh would then have more than
+  /// `max_dofs` unknowns.
   bool refine(long max_dofs);
 
  private:

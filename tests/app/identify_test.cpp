@@ -113,6 +113,8 @@ TEST_F(Identify, RefusesWhatItCannotUse) {
   expect_refused({"identify", files[0], files[1]}, "2 materials have no stated modulus");
   expect_refused({"identify", files[0], files[1], "--modes", "2"}, "holds 1 modes");
   expect_refused({"identify", files[0], files[1], "--mesh-modes", "0"}, "from 1 on");
+  expect_refused({"identify", files[0], files[1], "--mesh-modes", "2,2"}, "each mode once");
+  expect_refused({"identify", files[0], files[1], "--mesh-modes", ""}, "--mesh-modes is empty");
   expect_refused({"identify", files[0], files[0]}, "is no JSON");
   expect_refused({"identify", files[0], files[1], "--dx", "-1"}, "must be > 0 mm");
 }

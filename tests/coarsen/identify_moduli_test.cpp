@@ -215,6 +215,15 @@ TEST(IdentifyModuli, RefinesTheMeshUntilTheModuliStand) {
   EXPECT_GT(found.materials[0].mesh_rel, 0.0);
 }
 
+TEST(IdentifyModuli, CellsLargerThanThePartAreNoConvergedMesh) {
+  const Rig rig = jointed_beam(0.0);
+  IdentifyOptions options;
+  options.dx_m = 1e3;
+  const auto found = identify_moduli({{&rig, sinusoid_of(rig, 0, 1.25e-3), {}}}, options);
+  EXPECT_LT(found.dx_m[0], 10e-3);
+  EXPECT_NEAR(found.materials[0].youngs_modulus_pa / kStiff_pa, 1.0, 0.02);
+}
+
 TEST(IdentifyModuli, RefusesFewerModesThanMaterials) {
   const Rig rig = jointed_beam(10.0);
   DampedSinusoid sinusoid;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fem/hex_edges.hpp"
 #include "fem/hex_mesh.hpp"
 #include "tests/support/finite_differences.hpp"
 #include "tests/support/rigs.hpp"
@@ -20,21 +21,9 @@ namespace twang::test {
     for (int a = 0; a < 8; ++a) corners.insert(mesh.elements(a, e));
   }
   for (const int n : corners) mesh.nodes.col(n) += moves.segment<3>(3 * n);
-  constexpr std::array<std::array<int, 2>, 12> kEdges = {{{0, 1},
-                                                          {1, 2},
-                                                          {2, 3},
-                                                          {3, 0},
-                                                          {4, 5},
-                                                          {5, 6},
-                                                          {6, 7},
-                                                          {7, 4},
-                                                          {0, 4},
-                                                          {1, 5},
-                                                          {2, 6},
-                                                          {3, 7}}};
   for (int e = 0; e < mesh.num_elements(); ++e) {
     for (int a = 8; a < mesh.elements.rows(); ++a) {
-      const auto& edge = kEdges[static_cast<std::size_t>(a - 8)];
+      const auto& edge = kHexEdges[static_cast<std::size_t>(a - 8)];
       mesh.nodes.col(mesh.elements(a, e)) = 0.5 * (mesh.nodes.col(mesh.elements(edge[0], e)) +
                                                    mesh.nodes.col(mesh.elements(edge[1], e)));
     }
