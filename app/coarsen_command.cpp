@@ -17,6 +17,8 @@ namespace {
 struct CoarsenCommand {
   std::string rig;
   std::optional<double> dx_mm;
+  std::string element = "hex8";
+  int num_modes = LadderOptions{}.num_modes;
   std::string json;
 };
 
@@ -31,6 +33,9 @@ void run(const CoarsenCommand& command) {
       throw InputError(fmt::format("--dx is {}, must be > 0 mm", *command.dx_mm));
     options.coarse_dx_m = *command.dx_mm * kMetresPerMillimetre;
   }
+  options.coarse_element = element_kind_from(command.element);
+  options.num_modes = command.num_modes;
+  options.beside = true;
   options.progress = terminal_progress();
   const MeshLadder ladder = build_mesh_ladder(rig, options);
   if (!command.json.empty()) write_json(command.json, ladder_json(ladder));
@@ -44,6 +49,10 @@ void add_coarsen_command(CLI::App& cli) {
   auto command = std::make_shared<CoarsenCommand>();
   sub->add_option("rig", command->rig, "rig file (*.toml)")->required();
   sub->add_option("--dx", command->dx_mm, "cell size of the coarse mesh [mm]; default: chosen");
+  sub->add_option("--element", command->element, "of the coarse mesh: hex8 or hex8e")
+      ->capture_default_str();
+  sub->add_option("--modes", command->num_modes, "modes whose shapes must agree")
+      ->capture_default_str();
   sub->add_option(
       "--json", command->json, "machine-readable result: a file, or - for standard output");
   sub->callback([command] { run(*command); });

@@ -12,6 +12,15 @@
 #include <utility>
 
 namespace twang {
+namespace {
+
+std::set<std::string> materials_of(const Rig& rig) {
+  std::set<std::string> used;
+  for (const PartSolid& solid : rig.parts) used.insert(solid.material);
+  return used;
+}
+
+}  // namespace
 
 std::string millimetres(double length_m) {
   return fmt::format("{:.4g} mm", length_m * kMillimetresPerMetre);
@@ -20,6 +29,8 @@ std::string millimetres(double length_m) {
 std::string describe(const HexMesh& mesh) {
   return fmt::format("{} at {}", to_string(mesh.kind), millimetres(mesh.requested_dx_m));
 }
+
+bool has_several_materials(const Rig& rig) { return materials_of(rig).size() > 1; }
 
 Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes) {
   if (rig.meshing.file) {
@@ -34,13 +45,19 @@ Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes) {
     throw InputError(
         fmt::format("rig \"{}\" has no clamp, a vibrating part must be held", rig.name));
   }
-  std::set<std::string> used;
-  for (const PartSolid& solid : rig.parts) used.insert(solid.material);
+  const std::set<std::string> used = materials_of(rig);
   if (used.size() > 1) {
-    throw InputError(
-        fmt::format("the part of rig \"{}\" has {} materials, one frequency can identify only one",
-                    rig.name,
-                    used.size()));
+    for (const std::string& name : used) {
+      const RigMaterial* material = rig.find_material(name);
+      if (material != nullptr && material->youngs_modulus_pa) continue;
+      throw InputError(fmt::format(
+          "the part of rig \"{}\" has {} materials, of which \"{}\" states no youngs_modulus_pa; "
+          "one frequency can identify only one, of several all must be stated",
+          rig.name,
+          used.size(),
+          name));
+    }
+    return rig;
   }
   Rig result = rig;
   for (RigMaterial& material : result.materials) {

@@ -46,6 +46,30 @@ bool same_geometry(const MeshRung& a, const MeshRung& b) {
   return std::abs(a.mesh.volume() / b.mesh.volume() - 1.0) <= kSameVolume;
 }
 
+bool same_sequence(const MeshRung& a, const MeshRung& b) {
+  return a.mesh.kind == b.mesh.kind && same_geometry(a, b);
+}
+
+bool has_mixed_cells(const Rig& rig, double dx_m) {
+  return has_several_materials(rig) && count_mixed_cells(rig, dx_m).num_mixed > 0;
+}
+
+/// `dx_m` halved until no cell holds two materials; unchanged if no hex20 mesh of at most
+/// `max_dofs` unknowns does that.
+double without_mixed_cells(const Rig& rig,
+                           double dx_m,
+                           long max_dofs,
+                           std::vector<std::string>& notes) {
+  for (double dx = dx_m; count_dofs(rig, dx, ElementKind::Hex20) <= max_dofs; dx /= 2.0) {
+    if (!has_mixed_cells(rig, dx)) return dx;
+  }
+  notes.push_back(fmt::format(
+      "the borders of materials fall on cell faces neither at {} nor at halves of it, so that in "
+      "the reference, too, cells are of the material at their centres",
+      millimetres(dx_m)));
+  return dx_m;
+}
+
 void note_changing_geometry(MeshLadder& ladder) {
   const MeshRung& finest = ladder.reference.back();
   for (const MeshRung& rung : ladder.reference) {
@@ -58,20 +82,72 @@ void note_changing_geometry(MeshLadder& ladder) {
   }
 }
 
-/// The limit of the last rungs that share the finest one's geometry; where it stands alone, the
-/// last difference is the least that is uncertain.
-RichardsonLimit limit_of(const std::vector<MeshRung>& reference) {
-  const std::size_t n = reference.size();
-  std::size_t first = n - 1;
-  while (first > 0 && same_geometry(reference[first - 1], reference.back())) --first;
+/// The limit of the last of the rungs up to number `last` that share its geometry and element;
+/// where it stands alone, the last difference is the least that is uncertain.
+RichardsonLimit limit_at(const std::vector<MeshRung>& reference, std::size_t last) {
+  std::size_t first = last;
+  while (first > 0 && same_sequence(reference[first - 1], reference[last])) --first;
   std::vector<double> lambdas;
-  for (std::size_t i = first; i < n; ++i) lambdas.push_back(reference[i].modes.lambda_per_s2(0));
+  for (std::size_t i = first; i <= last; ++i)
+    lambdas.push_back(reference[i].modes.lambda_per_s2(0));
   RichardsonLimit limit = richardson_limit(lambdas);
-  if (lambdas.size() == 1 && n > 1) {
-    const double before = reference[n - 2].modes.lambda_per_s2(0);
+  if (lambdas.size() == 1 && last > 0) {
+    const double before = reference[last - 1].modes.lambda_per_s2(0);
     limit.relative_sigma = std::max(limit.relative_sigma, std::abs(before / lambdas[0] - 1.0));
   }
   return limit;
+}
+
+/// That of the finest rung; where hex20 ended on the same geometry, the one less uncertain.
+RichardsonLimit limit_of(const std::vector<MeshRung>& reference) {
+  const std::size_t finest = reference.size() - 1;
+  RichardsonLimit limit = limit_at(reference, finest);
+  for (std::size_t i = finest; i-- > 0;) {
+    if (reference[i].mesh.kind == reference[finest].mesh.kind) continue;
+    const RichardsonLimit other = limit_at(reference, i);
+    const bool better = other.relative_sigma < limit.relative_sigma;
+    return better && same_geometry(reference[i], reference[finest]) ? other : limit;
+  }
+  return limit;
+}
+
+/// Adds rungs of one element that halve dx, until the frequencies stand or a mesh would have more
+/// than `max_dofs` unknowns; returns the last change of a frequency.
+double refine_with(const Rig& rig,
+                   ElementKind kind,
+                   double dx_m,
+                   double max_dofs,
+                   const LadderOptions& options,
+                   MeshLadder& ladder) {
+  const int num_modes = std::max(options.num_frequencies, options.num_modes + 4);
+  const std::size_t first = ladder.reference.size();
+  double change = 1.0;
+  for (double dx = dx_m;; dx /= 2.0) {
+    const std::size_t own = ladder.reference.size() - first;
+    if (own > 0) {
+      ladder.convergent = change < options.convergent_change;
+      if (ladder.convergent && own >= 3) break;
+      const double affordable = max_dofs * (ladder.convergent ? kShareOfObservingRung : 1.0);
+      if (static_cast<double>(count_dofs(rig, dx, kind)) > affordable) break;
+    }
+    ladder.reference.push_back(compute_rung(rig, dx, kind, num_modes, options.progress));
+    if (own > 0) {
+      change = frequency_change(ladder.reference[first + own - 1].modes,
+                                ladder.reference.back().modes,
+                                options.num_modes);
+    }
+  }
+  return change;
+}
+
+/// Where hex20 is not convergent, hex8e goes on from its finest cells, if it can halve them.
+double refine_on(const Rig& rig, double change, const LadderOptions& options, MeshLadder& ladder) {
+  const double dx_m = ladder.reference.back().mesh.requested_dx_m;
+  const double max_dofs = options.enhanced_growth * static_cast<double>(options.max_dofs);
+  if (static_cast<double>(count_dofs(rig, dx_m / 2.0, ElementKind::Hex8e)) > max_dofs) {
+    return change;
+  }
+  return refine_with(rig, ElementKind::Hex8e, dx_m, max_dofs, options, ladder);
 }
 
 }  // namespace
@@ -85,6 +161,7 @@ double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std
     // Edges that do not fall on cell faces can let a solid slip between the cells' centres.
     for (int i = 0; i < kStartAttempts && !meshable(rig, dx); ++i) dx /= 2.0;
   }
+  if (has_several_materials(rig)) dx = without_mixed_cells(rig, dx, options.max_dofs, notes);
   const double wanted = dx;
   long dofs = count_dofs(rig, dx, ElementKind::Hex20);
   const Box box = rig.bounding_box();
@@ -102,11 +179,11 @@ double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std
     dofs = count_dofs(rig, dx, ElementKind::Hex20);
   }
   if (dx > wanted) {
-    notes.push_back(
-        fmt::format("the ladder starts at {} instead of {}: a finer mesh has more than {} unknowns",
-                    millimetres(dx),
-                    millimetres(wanted),
-                    options.max_dofs));
+    notes.push_back(fmt::format(
+        "the ladder starts at {} instead of {}: a finer hex20 mesh has more than {} unknowns",
+        millimetres(dx),
+        millimetres(wanted),
+        options.max_dofs));
   }
   return dx;
 }
@@ -115,24 +192,9 @@ void refine_reference(const Rig& rig,
                       double start_dx_m,
                       const LadderOptions& options,
                       MeshLadder& ladder) {
-  const int num_modes = std::max(options.num_frequencies, options.num_modes + 4);
-  double change = 1.0;
-  for (double dx = start_dx_m;; dx /= 2.0) {
-    if (!ladder.reference.empty()) {
-      ladder.convergent = change < options.convergent_change;
-      if (ladder.convergent && ladder.reference.size() >= 3) break;
-      const auto affordable =
-          static_cast<double>(options.max_dofs) * (ladder.convergent ? kShareOfObservingRung : 1.0);
-      if (static_cast<double>(count_dofs(rig, dx, ElementKind::Hex20)) > affordable) break;
-    }
-    ladder.reference.push_back(
-        compute_rung(rig, dx, ElementKind::Hex20, num_modes, options.progress));
-    const std::size_t n = ladder.reference.size();
-    if (n >= 2) {
-      change = frequency_change(
-          ladder.reference[n - 2].modes, ladder.reference[n - 1].modes, options.num_modes);
-    }
-  }
+  double change = refine_with(
+      rig, ElementKind::Hex20, start_dx_m, static_cast<double>(options.max_dofs), options, ladder);
+  if (!ladder.convergent) change = refine_on(rig, change, options, ladder);
   ladder.limit = limit_of(ladder.reference);
   note_changing_geometry(ladder);
   if (!ladder.convergent) {
@@ -141,10 +203,9 @@ void refine_reference(const Rig& rig,
             ? fmt::format("only one reference mesh ({}) is affordable, its error is assumed",
                           describe(ladder.reference.back().mesh))
             : fmt::format("not convergent: halving dx to {} still changed a frequency by {}, the "
-                          "next mesh has more than {} unknowns",
-                          millimetres(ladder.reference.back().mesh.requested_dx_m),
-                          percent(change),
-                          options.max_dofs));
+                          "next mesh is too large",
+                          describe(ladder.reference.back().mesh),
+                          percent(change)));
   }
   for (std::size_t i = 0; i < ladder.reference.size() && !ladder.accurate_rung; ++i) {
     const double from_finest = frequency_change(
