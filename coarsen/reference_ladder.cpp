@@ -19,6 +19,8 @@ constexpr double kShareOfObservingRung = 0.4;
 /// Meshes whose volumes agree this well stand for one geometry [-].
 constexpr double kSameVolume = 1e-3;
 constexpr int kStartAttempts = 8;
+/// Unknowns of a mesh grow at least so many times where its cells are halved [-].
+constexpr double kLeastGrowth = 3.0;
 
 bool meshable(const Rig& rig, double dx_m) {
   try {
@@ -111,6 +113,16 @@ RichardsonLimit limit_of(const std::vector<MeshRung>& reference) {
   return limit;
 }
 
+/// Whether cells half as large make a mesh of at most `max_dofs` unknowns.
+bool can_halve(const Rig& rig, const MeshRung& rung, ElementKind kind, double max_dofs) {
+  if (rung.mesh.kind == kind && kLeastGrowth * rung.mesh.num_dofs() > max_dofs) return false;
+  try {
+    return static_cast<double>(count_dofs(rig, rung.mesh.requested_dx_m / 2.0, kind)) <= max_dofs;
+  } catch (const InputError&) {  // more cells than a mesh may have
+    return false;
+  }
+}
+
 /// Adds rungs of one element that halve dx, until the frequencies stand or a mesh would have more
 /// than `max_dofs` unknowns; returns the last change of a frequency.
 double refine_with(const Rig& rig,
@@ -128,7 +140,7 @@ double refine_with(const Rig& rig,
       ladder.convergent = change < options.convergent_change;
       if (ladder.convergent && own >= 3) break;
       const double affordable = max_dofs * (ladder.convergent ? kShareOfObservingRung : 1.0);
-      if (static_cast<double>(count_dofs(rig, dx, kind)) > affordable) break;
+      if (!can_halve(rig, ladder.reference.back(), kind, affordable)) break;
     }
     ladder.reference.push_back(compute_rung(rig, dx, kind, num_modes, options.progress));
     if (own > 0) {
@@ -142,11 +154,10 @@ double refine_with(const Rig& rig,
 
 /// Where hex20 is not convergent, hex8e goes on from its finest cells, if it can halve them.
 double refine_on(const Rig& rig, double change, const LadderOptions& options, MeshLadder& ladder) {
-  const double dx_m = ladder.reference.back().mesh.requested_dx_m;
+  const MeshRung& last = ladder.reference.back();
   const double max_dofs = options.enhanced_growth * static_cast<double>(options.max_dofs);
-  if (static_cast<double>(count_dofs(rig, dx_m / 2.0, ElementKind::Hex8e)) > max_dofs) {
-    return change;
-  }
+  if (!can_halve(rig, last, ElementKind::Hex8e, max_dofs)) return change;
+  const double dx_m = last.mesh.requested_dx_m;
   return refine_with(rig, ElementKind::Hex8e, dx_m, max_dofs, options, ladder);
 }
 
