@@ -70,7 +70,7 @@ class CandidateWalk {
   [[nodiscard]] Tried run(double dx_m, ElementKind element) const {
     const int num_modes = std::max(m_options.num_frequencies, m_options.num_modes + 4);
     Tried tried;
-    tried.rung = compute_rung(m_rig, dx_m, element, num_modes, m_options.progress);
+    tried.rung = compute_ladder_rung(m_rig, dx_m, element, num_modes, m_options.progress);
     const Eigenmodes& modes = tried.rung.modes;
     CoarseCandidate& candidate = tried.candidate;
     candidate.dx_m = dx_m;

@@ -84,8 +84,10 @@ void note_changing_geometry(MeshLadder& ladder) {
   }
 }
 
-/// The limit of the last of the rungs up to number `last` that share its geometry and element;
-/// where it stands alone, the last difference is the least that is uncertain.
+/// The limit of the last of the rungs up to number `last` that share its geometry and element.
+/// Where others of the element do not share it, cells stand for the part by stairs, which may come
+/// near it in volume and still stiffen with every halving: the last difference is the least that is
+/// uncertain.
 RichardsonLimit limit_at(const std::vector<MeshRung>& reference, std::size_t last) {
   std::size_t first = last;
   while (first > 0 && same_sequence(reference[first - 1], reference[last])) --first;
@@ -93,9 +95,11 @@ RichardsonLimit limit_at(const std::vector<MeshRung>& reference, std::size_t las
   for (std::size_t i = first; i <= last; ++i)
     lambdas.push_back(reference[i].modes.lambda_per_s2(0));
   RichardsonLimit limit = richardson_limit(lambdas);
-  if (lambdas.size() == 1 && last > 0) {
+  const bool stairs = first > 0 && reference[first - 1].mesh.kind == reference[last].mesh.kind;
+  if (last > 0 && (stairs || first == last)) {
     const double before = reference[last - 1].modes.lambda_per_s2(0);
-    limit.relative_sigma = std::max(limit.relative_sigma, std::abs(before / lambdas[0] - 1.0));
+    const double change = std::abs(before / reference[last].modes.lambda_per_s2(0) - 1.0);
+    limit.relative_sigma = std::max(limit.relative_sigma, change);
   }
   return limit;
 }
@@ -142,7 +146,7 @@ double refine_with(const Rig& rig,
       const double affordable = max_dofs * (ladder.convergent ? kShareOfObservingRung : 1.0);
       if (!can_halve(rig, ladder.reference.back(), kind, affordable)) break;
     }
-    ladder.reference.push_back(compute_rung(rig, dx, kind, num_modes, options.progress));
+    ladder.reference.push_back(compute_ladder_rung(rig, dx, kind, num_modes, options.progress));
     if (own > 0) {
       change = frequency_change(ladder.reference[first + own - 1].modes,
                                 ladder.reference.back().modes,

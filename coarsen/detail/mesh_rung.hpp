@@ -23,6 +23,11 @@ namespace twang {
 /// Whether the rig's solids are of more than one material.
 [[nodiscard]] bool has_several_materials(const Rig& rig);
 
+/// `compute_rung` for a ladder: voxel meshes of hex8 and hex8e go to the multigrid where it begins
+/// to be the faster way, long before a factor is too large for the memory.
+[[nodiscard]] MeshRung compute_ladder_rung(
+    const Rig& rig, double dx_m, ElementKind kind, int num_modes, const ProgressCallback& progress);
+
 /// The rig's linear body with its weights.
 /// @param points  where the weights hang; from `mass_points`
 [[nodiscard]] ElasticBody linear_body(const Rig& rig,
