@@ -12,9 +12,8 @@
 namespace twang {
 namespace {
 
-/// Unknowns of the reference mesh that shapes are compared with, if a rung that small is accurate:
-/// the surface of a larger one costs more than it shows.
-constexpr long kComparisonDofs = 120000;
+/// Unknowns of the reference mesh that shapes are compared with, if a rung that small is accurate.
+constexpr double kComparisonDofs = 2e6;
 /// A mesh that is to be coarse may have this share of max_dofs, or of the unknowns of the finest
 /// reference mesh [-].
 constexpr double kShareOfCandidate = 0.25;
@@ -83,6 +82,7 @@ class CandidateWalk {
     }
     candidate.comparison = compare_modes(m_comparison, tried.rung, m_options.num_modes);
     candidate.passes = modes.count() >= m_options.num_modes && candidate.num_mixed_cells == 0 &&
+                       !is_comparison(tried.rung) &&
                        candidate.comparison.max_difference <= m_options.shape_tolerance;
     const int count = m_options.num_frequencies;
     candidate.rescale = m_finest.modes.natural_frequency_hz(0) / modes.natural_frequency_hz(0);
@@ -94,6 +94,12 @@ class CandidateWalk {
   }
 
  private:
+  /// Whether a mesh would be compared with itself.
+  [[nodiscard]] bool is_comparison(const MeshRung& rung) const {
+    return rung.mesh.kind == m_comparison.mesh.kind &&
+           rung.mesh.num_elements() == m_comparison.mesh.num_elements();
+  }
+
   const Rig& m_rig;
   const LadderOptions& m_options;
   const MeshRung& m_comparison;

@@ -78,6 +78,15 @@ double MeshLadder::identified_over_numerical() const {
   return coarse.modes.lambda_per_s2(0) / limit.lambda_per_s2;
 }
 
+double MeshLadder::sensitivity_dx_m() const {
+  const auto accurate = static_cast<std::size_t>(accurate_rung.value_or(0));
+  double dx_m = reference.front().mesh.requested_dx_m;
+  for (std::size_t i = 0; i <= accurate; ++i) {
+    if (reference[i].mesh.kind == ElementKind::Hex20) dx_m = reference[i].mesh.requested_dx_m;
+  }
+  return dx_m;
+}
+
 MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
   options.check();
   MeshLadder ladder;

@@ -95,6 +95,9 @@ struct MeshLadder {
   [[nodiscard]] const CoarseCandidate& chosen() const;
   /// E / E_n = lambda_1 of the coarse mesh over that of the limit [paper, eq. (15)] [-].
   [[nodiscard]] double identified_over_numerical() const;
+  /// Cell size of the coarsest accurate hex20 mesh of the reference, else of its finest hex20 mesh:
+  /// that for `modulus_sensitivities` [m].
+  [[nodiscard]] double sensitivity_dx_m() const;
 };
 
 /// Walks the ladder: refines hex20 by halving dx until the frequencies stand, then coarsens hex8 or
