@@ -12,6 +12,7 @@ namespace {
 
 struct Shape {
   const char* rig;
+  double start_dx_m;
   double coarse_dx_m;
   long max_dofs;
 };
@@ -27,7 +28,7 @@ TEST_P(PaperShape, TheRescaledModulusBringsTheFirstTenFrequenciesNearer) {
   const Rig rig = load_rig(std::string(TWANG_SOURCE_DIR) + "/rigs/" + shape.rig, needs);
   LadderOptions options;
   options.coarse_dx_m = shape.coarse_dx_m;
-  options.start_dx_m = 2.0 * shape.coarse_dx_m;
+  options.start_dx_m = shape.start_dx_m;
   options.max_dofs = shape.max_dofs;
   options.enhanced_growth = 6.0;
   options.beside = true;
@@ -48,8 +49,8 @@ TEST_P(PaperShape, TheRescaledModulusBringsTheFirstTenFrequenciesNearer) {
 
 INSTANTIATE_TEST_SUITE_P(OfThinLeavesAndOfThickLegs,
                          PaperShape,
-                         testing::Values(Shape{"plant.toml", 0.575e-3, 30000},
-                                         Shape{"walker.toml", 1.5e-3, 40000}));
+                         testing::Values(Shape{"plant.toml", 0.575e-3, 0.575e-3, 100000},
+                                         Shape{"walker.toml", 3e-3, 1.5e-3, 40000}));
 
 }  // namespace
 }  // namespace twang
