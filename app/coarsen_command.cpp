@@ -61,7 +61,7 @@ void check_stated(const Rig& rig) {
 
 void run(const CoarsenCommand& command) {
   RigNeeds needs;
-  needs.part = true;
+  needs.mesh = true;
   needs.clamp = true;
   const Rig rig = load_rig(command.rig, needs);
   LadderOptions options;

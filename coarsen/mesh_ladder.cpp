@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarsen/mesh_ladder.hpp"
 
+#include "coarsen/detail/file_part.hpp"
 #include "coarsen/detail/ladder_steps.hpp"
 #include "coarsen/detail/mesh_rung.hpp"
 #include "core/error.hpp"
+#include "fem/read_mesh.hpp"
 
 #include <fmt/format.h>
 
@@ -44,7 +46,7 @@ void add_mesh_notes(const HexMesh& mesh, MeshLadder& ladder) {
 }
 
 void choose(const Rig& rig, const LadderOptions& options, MeshLadder& ladder) {
-  choose_mesh(rig, ladder.reference.front().mesh.requested_dx_m, options, ladder);
+  choose_mesh(rig, ladder.start_dx_m, options, ladder);
   add_mesh_notes(ladder.coarse.mesh, ladder);
 }
 
@@ -90,10 +92,17 @@ double MeshLadder::sensitivity_dx_m() const {
 MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
   options.check();
   MeshLadder ladder;
-  const Rig identified = rig_to_identify(rig, ladder.notes);
+  std::optional<HexMesh> file_mesh;
+  if (rig.meshing.file) file_mesh = read_mesh_of(rig, ElementKind::Hex20);
+  const Rig identified =
+      rig_to_identify(file_mesh ? with_surfaces_of(rig, *file_mesh) : rig, ladder.notes);
   ladder.stated_moduli = has_several_materials(identified);
-  const double start_dx_m = starting_dx(identified, options, ladder.notes);
-  refine_reference(identified, start_dx_m, options, ladder);
+  ladder.start_dx_m = starting_dx(identified, options, ladder.notes);
+  if (file_mesh) {
+    refine_file_reference(identified, std::move(*file_mesh), options, ladder);
+  } else {
+    refine_reference(identified, ladder.start_dx_m, options, ladder);
+  }
   for (const MeshRung& rung : ladder.reference) add_mesh_notes(rung.mesh, ladder);
   ladder.num_reference_notes = ladder.notes.size();
   choose(identified, options, ladder);
@@ -104,7 +113,9 @@ MeshLadder choose_again(const Rig& rig, MeshLadder ladder, const LadderOptions& 
   options.check();
   assert(!ladder.reference.empty());
   std::vector<std::string> said_before;
-  const Rig identified = rig_to_identify(rig, said_before);
+  const Rig identified = rig_to_identify(
+      rig.meshing.file ? with_surfaces_of(rig, read_mesh_of(rig, ElementKind::Hex20)) : rig,
+      said_before);
   ladder.notes.resize(ladder.num_reference_notes);
   ladder.candidates.clear();
   ladder.beside.reset();

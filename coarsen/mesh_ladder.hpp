@@ -90,6 +90,7 @@ struct MeshLadder {
       false;  ///< eigenvalues belong to the moduli that the rig states, not to 1 Pa
   std::optional<CoarseCandidate> beside;  ///< the other element on the cells of `coarse`, if wanted
   std::size_t num_reference_notes = 0;    ///< the first of `notes`, which are not of the choice
+  double start_dx_m = 0.0;                ///< about which the walk among coarse meshes begins [m]
 
   /// The candidate that `coarse` is.
   [[nodiscard]] const CoarseCandidate& chosen() const;
@@ -113,9 +114,12 @@ struct MeshLadder {
 /// stated: then only their ratios count, and a mesh with cells that more than one of them shares is
 /// not chosen; `notes` say where that ends the coarsening.
 ///
-/// @throws InputError if the rig lacks part or clamp, if the part is a mesh file or has several
-/// materials of which one states no modulus, or if no mesh of at most max_dofs unknowns holds every
-/// solid; Cancelled; NumericalFailure if an eigenproblem cannot be solved
+/// Of a part that is a mesh file that mesh as hex20 is the reference, and refined by cutting its
+/// elements into eight; coarse meshes are voxels of its outside.
+///
+/// @throws InputError if the rig lacks part or clamp, if the part has several materials of which
+/// one states no modulus, or if no mesh of at most max_dofs unknowns holds every solid; Cancelled;
+/// NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
 /// Chooses the coarse mesh of a ladder anew, its reference kept: another element, tolerance or

@@ -33,13 +33,6 @@ std::string describe(const HexMesh& mesh) {
 bool has_several_materials(const Rig& rig) { return materials_of(rig).size() > 1; }
 
 Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes) {
-  if (rig.meshing.file) {
-    throw InputError(
-        fmt::format("rig \"{}\" is the mesh {}, which cannot be refined or coarsened; a ladder of "
-                    "meshes needs [[part]] solids",
-                    rig.name,
-                    rig.meshing.file->file.string()));
-  }
   if (rig.parts.empty()) throw InputError(fmt::format("rig \"{}\" has no part", rig.name));
   if (rig.clamps.empty()) {
     throw InputError(
@@ -109,19 +102,19 @@ namespace {
 /// Factors up to this estimate are faster than the multigrid: about 80,000 unknowns [byte].
 constexpr double kLadderFactorBytes = 4e8;
 
+std::string stage_of(double dx_m, ElementKind kind) {
+  return fmt::format("eigenmodes of {} at {}", to_string(kind), millimetres(dx_m));
+}
+
 MeshRung compute_rung_by(const StiffnessSolverOptions& solver,
                          const Rig& rig,
-                         double dx_m,
-                         ElementKind kind,
+                         HexMesh mesh,
                          int num_modes,
                          const ProgressCallback& progress) {
   const auto start = std::chrono::steady_clock::now();
-  const std::string stage =
-      fmt::format("eigenmodes of {} at {}", to_string(kind), millimetres(dx_m));
-  report_progress(progress, {stage, 0.0, 0.0});
-
+  const std::string stage = stage_of(mesh.requested_dx_m, mesh.kind);
   MeshRung rung;
-  rung.mesh = mesh_part(rig, dx_m, kind);
+  rung.mesh = std::move(mesh);
   rung.held_nodes = clamped_nodes(rung.mesh, rig);
   const ElasticBody body =
       linear_body(rig, rung.mesh, elastic_materials(rig, rung.mesh), mass_points(rig, rung.mesh));
@@ -158,7 +151,8 @@ MeshRung compute_rung(const Rig& rig,
                       ElementKind kind,
                       int num_modes,
                       const ProgressCallback& progress) {
-  return compute_rung_by({}, rig, dx_m, kind, num_modes, progress);
+  report_progress(progress, {stage_of(dx_m, kind), 0.0, 0.0});
+  return compute_rung_by({}, rig, mesh_part(rig, dx_m, kind), num_modes, progress);
 }
 
 MeshRung compute_ladder_rung(const Rig& rig,
@@ -166,9 +160,17 @@ MeshRung compute_ladder_rung(const Rig& rig,
                              ElementKind kind,
                              int num_modes,
                              const ProgressCallback& progress) {
+  report_progress(progress, {stage_of(dx_m, kind), 0.0, 0.0});
+  return compute_ladder_rung(rig, mesh_part(rig, dx_m, kind), num_modes, progress);
+}
+
+MeshRung compute_ladder_rung(const Rig& rig,
+                             HexMesh mesh,
+                             int num_modes,
+                             const ProgressCallback& progress) {
   StiffnessSolverOptions solver;
   solver.max_factor_bytes = kLadderFactorBytes;
-  return compute_rung_by(solver, rig, dx_m, kind, num_modes, progress);
+  return compute_rung_by(solver, rig, std::move(mesh), num_modes, progress);
 }
 
 long count_dofs(const Rig& rig, double dx_m, ElementKind kind) {

@@ -3,12 +3,14 @@
 #include "coarsen/detail/mesh_rung.hpp"
 #include "coarsen/detail/richardson.hpp"
 #include "core/error.hpp"
+#include "fem/refine_mesh.hpp"
 #include "fem/thinnest_wall.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -21,6 +23,8 @@ constexpr double kSameVolume = 1e-3;
 constexpr int kStartAttempts = 8;
 /// Unknowns of a mesh grow at least so many times where its cells are halved [-].
 constexpr double kLeastGrowth = 3.0;
+/// and at most so many times [-].
+constexpr double kMostGrowth = 8.0;
 
 bool meshable(const Rig& rig, double dx_m) {
   try {
@@ -165,6 +169,27 @@ double refine_on(const Rig& rig, double change, const LadderOptions& options, Me
   return refine_with(rig, ElementKind::Hex8e, dx_m, max_dofs, options, ladder);
 }
 
+/// Limit, notes and the accurate rung of a reference that stands.
+void conclude(double change, const LadderOptions& options, MeshLadder& ladder) {
+  ladder.limit = limit_of(ladder.reference);
+  note_changing_geometry(ladder);
+  if (!ladder.convergent) {
+    ladder.notes.push_back(
+        ladder.reference.size() == 1
+            ? fmt::format("only one reference mesh ({}) is affordable, its error is assumed",
+                          describe(ladder.reference.back().mesh))
+            : fmt::format("not convergent: halving dx to {} still changed a frequency by {}, the "
+                          "next mesh is too large",
+                          describe(ladder.reference.back().mesh),
+                          percent(change)));
+  }
+  for (std::size_t i = 0; i < ladder.reference.size() && !ladder.accurate_rung; ++i) {
+    const double from_finest = frequency_change(
+        ladder.reference[i].modes, ladder.reference.back().modes, options.num_modes);
+    if (from_finest < options.accurate_change) ladder.accurate_rung = static_cast<int>(i);
+  }
+}
+
 }  // namespace
 
 double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std::string>& notes) {
@@ -210,23 +235,31 @@ void refine_reference(const Rig& rig,
   double change = refine_with(
       rig, ElementKind::Hex20, start_dx_m, static_cast<double>(options.max_dofs), options, ladder);
   if (!ladder.convergent) change = refine_on(rig, change, options, ladder);
-  ladder.limit = limit_of(ladder.reference);
-  note_changing_geometry(ladder);
-  if (!ladder.convergent) {
-    ladder.notes.push_back(
-        ladder.reference.size() == 1
-            ? fmt::format("only one reference mesh ({}) is affordable, its error is assumed",
-                          describe(ladder.reference.back().mesh))
-            : fmt::format("not convergent: halving dx to {} still changed a frequency by {}, the "
-                          "next mesh is too large",
-                          describe(ladder.reference.back().mesh),
-                          percent(change)));
+  conclude(change, options, ladder);
+}
+
+void refine_file_reference(const Rig& rig,
+                           HexMesh mesh,
+                           const LadderOptions& options,
+                           MeshLadder& ladder) {
+  const int num_modes = std::max(options.num_frequencies, options.num_modes + 4);
+  if (mesh.num_dofs() > options.max_dofs) {
+    ladder.notes.push_back(fmt::format(
+        "the mesh file has {} unknowns as hex20, above {}", mesh.num_dofs(), options.max_dofs));
   }
-  for (std::size_t i = 0; i < ladder.reference.size() && !ladder.accurate_rung; ++i) {
-    const double from_finest = frequency_change(
-        ladder.reference[i].modes, ladder.reference.back().modes, options.num_modes);
-    if (from_finest < options.accurate_change) ladder.accurate_rung = static_cast<int>(i);
+  double change = 1.0;
+  ladder.reference.push_back(
+      compute_ladder_rung(rig, std::move(mesh), num_modes, options.progress));
+  while (!ladder.convergent && kMostGrowth * ladder.reference.back().mesh.num_dofs() <=
+                                   static_cast<double>(options.max_dofs)) {
+    ladder.reference.push_back(compute_ladder_rung(
+        rig, refine_uniformly(ladder.reference.back().mesh), num_modes, options.progress));
+    const std::size_t n = ladder.reference.size();
+    change = frequency_change(
+        ladder.reference[n - 2].modes, ladder.reference[n - 1].modes, options.num_modes);
+    ladder.convergent = change < options.convergent_change;
   }
+  conclude(change, options, ladder);
 }
 
 }  // namespace twang

@@ -20,6 +20,13 @@ void refine_reference(const Rig& rig,
                       const LadderOptions& options,
                       MeshLadder& ladder);
 
+/// The same from a mesh as it is, whose elements are cut into eight from rung to rung.
+/// @param rig  with solids in place of the mesh file
+void refine_file_reference(const Rig& rig,
+                           HexMesh mesh,
+                           const LadderOptions& options,
+                           MeshLadder& ladder);
+
 /// Fills `candidates`, `coarse`, `choice` and notes of `ladder`, whose reference stands.
 void choose_mesh(const Rig& rig,
                  double start_dx_m,

@@ -28,6 +28,12 @@ namespace twang {
 [[nodiscard]] MeshRung compute_ladder_rung(
     const Rig& rig, double dx_m, ElementKind kind, int num_modes, const ProgressCallback& progress);
 
+/// The same of a mesh that stands.
+[[nodiscard]] MeshRung compute_ladder_rung(const Rig& rig,
+                                           HexMesh mesh,
+                                           int num_modes,
+                                           const ProgressCallback& progress);
+
 /// The rig's linear body with its weights.
 /// @param points  where the weights hang; from `mass_points`
 [[nodiscard]] ElasticBody linear_body(const Rig& rig,
