@@ -20,6 +20,8 @@ namespace {
 constexpr double kShareOfObservingRung = 0.4;
 /// Meshes whose volumes agree this well stand for one geometry [-].
 constexpr double kSameVolume = 1e-3;
+/// and a mesh of the part's volume to this is the part itself [-].
+constexpr double kExactVolume = 1e-6;
 constexpr int kStartAttempts = 8;
 /// Unknowns of a mesh grow at least so many times where its cells are halved [-].
 constexpr double kLeastGrowth = 3.0;
@@ -99,10 +101,12 @@ RichardsonLimit limit_at(const std::vector<MeshRung>& reference, std::size_t las
   for (std::size_t i = first; i <= last; ++i)
     lambdas.push_back(reference[i].modes.lambda_per_s2(0));
   RichardsonLimit limit = richardson_limit(lambdas);
-  const bool stairs = first > 0 && reference[first - 1].mesh.kind == reference[last].mesh.kind;
+  const HexMesh& mesh = reference[last].mesh;
+  const bool stairs = first > 0 && reference[first - 1].mesh.kind == mesh.kind &&
+                      !(std::abs(mesh.volume() / mesh.part_volume_m3 - 1.0) <= kExactVolume);
   if (last > 0 && (stairs || first == last)) {
     const double before = reference[last - 1].modes.lambda_per_s2(0);
-    const double change = std::abs(before / reference[last].modes.lambda_per_s2(0) - 1.0);
+    const double change = std::abs(before / lambdas.back() - 1.0);
     limit.relative_sigma = std::max(limit.relative_sigma, change);
   }
   return limit;

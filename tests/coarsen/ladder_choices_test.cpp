@@ -139,5 +139,22 @@ TEST(MeshLadder, CoarseningEndsWhereACellWouldHoldTwoMaterials) {
   EXPECT_TRUE(says(crooked, "hold more than one material"));
 }
 
+TEST(MeshLadder, StairsLeaveTheLastChangeUncertain) {
+  // A cylinder along x: no cell size fits it, and each halving changes its stairs.
+  Rig rig = short_beam();
+  rig.parts = {{"part", Cylinder{mm(0, 0, 0), mm(40, 0, 0), 4e-3}}};
+  rig.clamps = {{mm(0, -4, -4), mm(0, 4, 4)}};
+  LadderOptions options = small_ladder();
+  options.start_dx_m = 2e-3;
+  const MeshLadder ladder = build_mesh_ladder(rig, options);
+  ASSERT_GE(ladder.reference.size(), 2U);
+  const std::size_t n = ladder.reference.size();
+  ASSERT_EQ(ladder.reference[n - 2].mesh.kind, ladder.reference[n - 1].mesh.kind);
+  const double change = std::abs(ladder.reference[n - 2].modes.lambda_per_s2(0) /
+                                     ladder.reference[n - 1].modes.lambda_per_s2(0) -
+                                 1.0);
+  EXPECT_GE(ladder.limit.relative_sigma, change);
+}
+
 }  // namespace
 }  // namespace twang
