@@ -99,7 +99,7 @@ ElasticBody linear_body(const Rig& rig,
 
 namespace {
 
-/// Factors up to this estimate are faster than the multigrid: about 80,000 unknowns [byte].
+/// Factors up to this estimate are faster than the multigrid: about 85,000 unknowns [byte].
 constexpr double kLadderFactorBytes = 4e8;
 
 std::string stage_of(double dx_m, ElementKind kind) {
