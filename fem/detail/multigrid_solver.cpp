@@ -9,6 +9,13 @@
 #include <utility>
 
 namespace twang {
+namespace {
+
+/// Iterations by the undeformed body's cycles alone after which the deformed one's coarse problem
+/// repays its 81 products.
+constexpr int kPatience = 25;
+
+}  // namespace
 
 VoxelOperator::VoxelOperator(const ElasticBody& body,
                              const VoxelBody& voxels,
@@ -18,6 +25,11 @@ VoxelOperator::VoxelOperator(const ElasticBody& body,
   const bool deformed =
       u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 && body.model() != ConstitutiveModel::Linear;
   if (deformed) m_u = u;
+  if (deformed && num_internal_modes(body.mesh().kind) > 0) {
+    m_matrix = body.stiffness(u);
+    m_matrix.coeffs() *= of.stiffness;
+    if (of.damping != 0.0) m_matrix.coeffs() += of.damping * body.stiffness_damping(u).coeffs();
+  }
   m_moduli = voxels.moduli<double>(deformed ? StiffnessCombination{0.0, 0.0, of.mass} : of);
 }
 
@@ -26,13 +38,21 @@ Eigen::VectorXd VoxelOperator::operator()(const Eigen::VectorXd& x) const {
   if (m_u.size() > 0) {
     const Eigen::VectorXd w = m_voxels.to_full(x);
     Eigen::VectorXd full = Eigen::VectorXd::Zero(x.size());
-    if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
-    if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
+    if (m_matrix.rows() > 0) {
+      full = m_matrix * w;
+    } else {
+      if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
+      if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
+    }
     y = m_voxels.from_full(full);
   }
   m_voxels.add_product(m_moduli, 1.0, x.data(), y.data());
   m_voxels.add_point_masses(m_of.mass, x, y);
   return y;
+}
+
+double VoxelOperator::memory_bytes() const {
+  return 12.0 * static_cast<double>(m_matrix.nonZeros());
 }
 
 MultigridSolver::MultigridSolver(const ElasticBody& body,
@@ -47,11 +67,28 @@ MultigridSolver::MultigridSolver(const ElasticBody& body,
 
 SolveStatus MultigridSolver::prepare(const StiffnessCombination& of, const Eigen::VectorXd& u) {
   m_operator.reset();
+  m_balanced = false;
   const SolveStatus status = m_multigrid.prepare(of);
   if (status == SolveStatus::Ok) {
     m_operator = std::make_unique<VoxelOperator>(m_body, m_voxels, of, u);
   }
   return status;
+}
+
+SolveStatus MultigridSolver::balance() {
+  if (m_deformed_coarse == nullptr) {
+    m_deformed_coarse = std::make_unique<DeformedCoarse>(m_voxels, m_options.max_coarse_dofs);
+  }
+  const SolveStatus status = m_deformed_coarse->prepare(*m_operator);
+  m_balanced = status == SolveStatus::Ok;
+  return status;
+}
+
+Eigen::VectorXd MultigridSolver::precondition(const Eigen::VectorXd& r) {
+  if (!m_balanced) return m_multigrid.cycle(r);
+  const Eigen::VectorXd coarse = m_deformed_coarse->solve(r);
+  const Eigen::VectorXd z = m_multigrid.cycle(r - (*m_operator)(coarse));
+  return coarse + z - m_deformed_coarse->solve((*m_operator)(z));
 }
 
 StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
@@ -60,13 +97,32 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
   const double scale = b.norm();
   x = Eigen::VectorXd::Zero(b.size());
   if (scale == 0.0) return solution;
+  // Needed once, the deformed coarse problem will be needed again.
+  const int patience = m_deformed_coarse == nullptr ? kPatience : 0;
   Eigen::VectorXd r = b;
-  Eigen::VectorXd z = m_multigrid.cycle(r);
-  Eigen::VectorXd p = z;
-  double rz = r.dot(z);
+  Eigen::VectorXd p;
+  Eigen::VectorXd q;
+  double rz = 0.0;
+  double step = 0.0;
   double residual = 1.0;
   while (residual > m_options.tolerance && solution.iterations < m_options.max_iterations) {
-    const Eigen::VectorXd q = (*m_operator)(p);
+    const bool balance_now =
+        m_operator->deformed() && !m_balanced && solution.iterations >= patience;
+    if (balance_now && balance() != SolveStatus::Ok) {
+      solution.status = SolveStatus::NotPositiveDefinite;
+      solution.message = "the matrix is not positive definite, nor is the coarse problem";
+      break;
+    }
+    const Eigen::VectorXd z = precondition(r);
+    const double last_rz = rz;
+    rz = r.dot(z);
+    if (solution.iterations == 0 || balance_now) {
+      p = z;
+    } else {
+      // r - r before = -step q
+      p = z - (step * q.dot(z) / last_rz) * p;
+    }
+    q = (*m_operator)(p);
     const double curvature = p.dot(q);
     if (!(curvature > 0.0) || !(rz > 0.0)) {
       solution.status =
@@ -79,17 +135,11 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
           curvature <= 0.0 ? curvature : rz);
       break;
     }
-    const double step = rz / curvature;
+    step = rz / curvature;
     x += step * p;
     r -= step * q;
     ++solution.iterations;
     residual = r.norm() / scale;
-    if (residual <= m_options.tolerance) break;
-    z = m_multigrid.cycle(r);
-    const double next_rz = r.dot(z);
-    // r - r before = -step q
-    p = z - (step * q.dot(z) / rz) * p;
-    rz = next_rz;
   }
   solution.relative_residual = (b - (*m_operator)(x)).norm() / scale;
   if (solution.status == SolveStatus::Ok && !(residual <= m_options.tolerance)) {
@@ -133,7 +183,8 @@ std::string MultigridSolver::description() const {
 
 double MultigridSolver::memory_bytes() const {
   // Moduli in double precision, maps to and from the mesh, vectors of the conjugate gradients.
-  return m_multigrid.memory_bytes() + 24.0 * m_voxels.grid().num_cells() +
+  const double assembled = m_operator == nullptr ? 0.0 : m_operator->memory_bytes();
+  return assembled + m_multigrid.memory_bytes() + 24.0 * m_voxels.grid().num_cells() +
          (9.0 + 6.0 * 8.0) * m_voxels.size();
 }
 

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 StaticOptions by(StiffnessSolverKind kind) {
   StaticOptions options;
   options.solver.kind = kind;
-  options.solver.max_coarse_dofs = 200;  // several levels even of a small mesh
+  options.solver.max_coarse_dofs = 400;  // several levels even of a small mesh
   return options;
 }
 
@@ -68,7 +68,7 @@ TEST_P(EachVoxelElement, LargeDeflectionEqualsThatByFactor) {
   StaticLoad load;
   load.force = strip.body.gravity_force({0.0, 0.0, -9.81});
   load.pulled_point = strip.tip;
-  load.pull = {0.0, 0.0005, -0.003};
+  load.pull = {0.0, 0.0005, -0.015};  // a third of its length
   const StaticResult factor =
       solve_static(strip.body, strip.held, load, by(StiffnessSolverKind::Factor));
   const StaticResult multigrid =
