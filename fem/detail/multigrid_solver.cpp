@@ -17,78 +17,41 @@ constexpr int kPatience = 25;
 
 }  // namespace
 
-VoxelOperator::VoxelOperator(const ElasticBody& body,
-                             const VoxelBody& voxels,
-                             const StiffnessCombination& of,
-                             const Eigen::VectorXd& u)
-    : m_body(body), m_voxels(voxels), m_of(of) {
-  const bool deformed =
-      u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 && body.model() != ConstitutiveModel::Linear;
-  if (deformed) m_u = u;
-  if (deformed && num_internal_modes(body.mesh().kind) > 0) {
-    m_matrix = body.stiffness(u);
-    m_matrix.coeffs() *= of.stiffness;
-    if (of.damping != 0.0) m_matrix.coeffs() += of.damping * body.stiffness_damping(u).coeffs();
-  }
-  m_moduli = voxels.moduli<double>(deformed ? StiffnessCombination{0.0, 0.0, of.mass} : of);
-}
-
-Eigen::VectorXd VoxelOperator::operator()(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(x.size());
-  if (m_u.size() > 0) {
-    const Eigen::VectorXd w = m_voxels.to_full(x);
-    Eigen::VectorXd full = Eigen::VectorXd::Zero(x.size());
-    if (m_matrix.rows() > 0) {
-      full = m_matrix * w;
-    } else {
-      if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
-      if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
-    }
-    y = m_voxels.from_full(full);
-  }
-  m_voxels.add_product(m_moduli, 1.0, x.data(), y.data());
-  m_voxels.add_point_masses(m_of.mass, x, y);
-  return y;
-}
-
-double VoxelOperator::memory_bytes() const {
-  return 12.0 * static_cast<double>(m_matrix.nonZeros());
-}
-
 MultigridSolver::MultigridSolver(const ElasticBody& body,
                                  const FreeDofs& free,
                                  const StiffnessSolverOptions& options,
                                  std::string reason)
-    : m_body(body),
-      m_options(options),
+    : m_options(options),
       m_reason(std::move(reason)),
-      m_voxels(body, free),
-      m_multigrid(m_voxels, options.max_coarse_dofs) {}
+      m_problem(make_grid_problem(body, free, options.max_coarse_dofs)) {}
 
 SolveStatus MultigridSolver::prepare(const StiffnessCombination& of, const Eigen::VectorXd& u) {
-  m_operator.reset();
+  m_matrix = {};
   m_balanced = false;
-  const SolveStatus status = m_multigrid.prepare(of);
-  if (status == SolveStatus::Ok) {
-    m_operator = std::make_unique<VoxelOperator>(m_body, m_voxels, of, u);
-  }
+  m_deformed = u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0;
+  const SolveStatus status = m_problem->prepare(of);
+  if (status == SolveStatus::Ok) m_matrix = m_problem->matrix(of, u);
   return status;
 }
 
 SolveStatus MultigridSolver::balance() {
   if (m_deformed_coarse == nullptr) {
-    m_deformed_coarse = std::make_unique<DeformedCoarse>(m_voxels, m_options.max_coarse_dofs);
+    m_deformed_coarse = m_problem->make_deformed_coarse(m_options.max_coarse_dofs);
   }
-  const SolveStatus status = m_deformed_coarse->prepare(*m_operator);
+  if (m_deformed_coarse == nullptr) {
+    m_deformed = false;
+    return SolveStatus::Ok;
+  }
+  const SolveStatus status = m_deformed_coarse->prepare(m_matrix);
   m_balanced = status == SolveStatus::Ok;
   return status;
 }
 
 Eigen::VectorXd MultigridSolver::precondition(const Eigen::VectorXd& r) {
-  if (!m_balanced) return m_multigrid.cycle(r);
+  if (!m_balanced) return m_problem->cycle(r);
   const Eigen::VectorXd coarse = m_deformed_coarse->solve(r);
-  const Eigen::VectorXd z = m_multigrid.cycle(r - (*m_operator)(coarse));
-  return coarse + z - m_deformed_coarse->solve((*m_operator)(z));
+  const Eigen::VectorXd z = m_problem->cycle(r - m_matrix(coarse));
+  return coarse + z - m_deformed_coarse->solve(m_matrix(z));
 }
 
 StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
@@ -106,8 +69,7 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
   double step = 0.0;
   double residual = 1.0;
   while (residual > m_options.tolerance && solution.iterations < m_options.max_iterations) {
-    const bool balance_now =
-        m_operator->deformed() && !m_balanced && solution.iterations >= patience;
+    const bool balance_now = m_deformed && !m_balanced && solution.iterations >= patience;
     if (balance_now && balance() != SolveStatus::Ok) {
       solution.status = SolveStatus::NotPositiveDefinite;
       solution.message = "the matrix is not positive definite, nor is the coarse problem";
@@ -122,7 +84,7 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
       // r - r before = -step q
       p = z - (step * q.dot(z) / last_rz) * p;
     }
-    q = (*m_operator)(p);
+    q = m_matrix(p);
     const double curvature = p.dot(q);
     if (!(curvature > 0.0) || !(rz > 0.0)) {
       solution.status =
@@ -141,7 +103,7 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
     ++solution.iterations;
     residual = r.norm() / scale;
   }
-  solution.relative_residual = (b - (*m_operator)(x)).norm() / scale;
+  solution.relative_residual = (b - m_matrix(x)).norm() / scale;
   if (solution.status == SolveStatus::Ok && !(residual <= m_options.tolerance)) {
     solution.status = SolveStatus::NotConverged;
     solution.message = fmt::format("the residual is {:.2g} after {} iterations, must be <= {:.2g}",
@@ -154,7 +116,7 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
 
 StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   StiffnessSolution worst;
-  if (m_operator == nullptr) {
+  if (!m_matrix) {
     worst.message = "no matrix has been prepared";
     return worst;
   }
@@ -163,8 +125,8 @@ StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::Matrix
   X.resize(B.rows(), B.cols());
   for (int k = 0; k < B.cols(); ++k) {
     Eigen::VectorXd x;
-    const StiffnessSolution one = solve_one(m_voxels.from_free(B.col(k)), x);
-    X.col(k) = m_voxels.to_free(x);
+    const StiffnessSolution one = solve_one(m_problem->from_free(B.col(k)), x);
+    X.col(k) = m_problem->to_free(x);
     worst.iterations = std::max(worst.iterations, one.iterations);
     worst.relative_residual = std::max(worst.relative_residual, one.relative_residual);
     if (one.status == SolveStatus::Ok || worst.status != SolveStatus::Ok) continue;
@@ -176,16 +138,14 @@ StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::Matrix
 
 std::string MultigridSolver::description() const {
   return fmt::format("multigrid of {} level{} with conjugate gradients ({})",
-                     m_multigrid.num_levels(),
-                     m_multigrid.num_levels() == 1 ? "" : "s",
+                     m_problem->num_levels(),
+                     m_problem->num_levels() == 1 ? "" : "s",
                      m_reason);
 }
 
 double MultigridSolver::memory_bytes() const {
-  // Moduli in double precision, maps to and from the mesh, vectors of the conjugate gradients.
-  const double assembled = m_operator == nullptr ? 0.0 : m_operator->memory_bytes();
-  return assembled + m_multigrid.memory_bytes() + 24.0 * m_voxels.grid().num_cells() +
-         (9.0 + 6.0 * 8.0) * m_voxels.size();
+  constexpr double kVectors = 6.0;  // of the conjugate gradients
+  return m_problem->memory_bytes() + 8.0 * kVectors * m_problem->size();
 }
 
 }  // namespace twang

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "fem/detail/deformed_coarse.hpp"
-#include "fem/detail/multigrid.hpp"
-#include "fem/detail/voxel_body.hpp"
+#include "fem/detail/grid_problem.hpp"
 #include "fem/stiffness_solver.hpp"
 
 #include <Eigen/Core>
@@ -12,29 +11,6 @@
 #include <string>
 
 namespace twang {
-
-/// A x in double precision, matrix-free, on vectors of a VoxelBody: its own cells undeformed, the
-/// body's element kernels at any other displacement. There hex8e, whose internal modes would have
-/// to be found in every product, is assembled.
-class VoxelOperator {
- public:
-  /// Keeps references to all but `of`.
-  VoxelOperator(const ElasticBody& body,
-                const VoxelBody& voxels,
-                const StiffnessCombination& of,
-                const Eigen::VectorXd& u);
-  [[nodiscard]] Eigen::VectorXd operator()(const Eigen::VectorXd& x) const;
-  [[nodiscard]] bool deformed() const { return m_u.size() > 0; }
-  [[nodiscard]] double memory_bytes() const;  ///< of what is assembled
-
- private:
-  const ElasticBody& m_body;
-  const VoxelBody& m_voxels;
-  StiffnessCombination m_of;
-  Eigen::VectorXd m_u;    ///< empty: undeformed
-  SparseMatrix m_matrix;  ///< stiffness and damping at u, if assembled
-  CellModuli<double> m_moduli;
-};
 
 /// Conjugate gradients in double precision, each step preconditioned by a multigrid cycle
 /// (flexibly, [Notay 2000]: the cycle rounds to single precision).
@@ -62,14 +38,13 @@ class MultigridSolver final : public StiffnessSolver {
   /// Makes Q for the operator as it is.
   [[nodiscard]] SolveStatus balance();
 
-  const ElasticBody& m_body;
   StiffnessSolverOptions m_options;
   std::string m_reason;
-  VoxelBody m_voxels;
-  Multigrid m_multigrid;
-  std::unique_ptr<VoxelOperator> m_operator;
+  std::unique_ptr<GridProblem> m_problem;
+  LinearMap m_matrix;  ///< empty until prepared
+  bool m_deformed = false;
   std::unique_ptr<DeformedCoarse> m_deformed_coarse;  ///< once it has been needed
-  bool m_balanced = false;                            ///< whether it is that of the operator
+  bool m_balanced = false;                            ///< whether it is that of the matrix
 };
 
 }  // namespace twang
