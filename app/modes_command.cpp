@@ -68,6 +68,20 @@ void write_shapes(const std::string& folder, const HexMesh& mesh, const Eigenmod
   output.commit();
 }
 
+/// hex8 keeps its volume cell by cell: near nu = 0.5 that leaves it little to bend by.
+void note_locking(const Rig& rig, HexMesh& mesh) {
+  constexpr double kLocks = 0.48;  // above what prints have; E_n answers for those
+  if (mesh.kind != ElementKind::Hex8) return;
+  for (const RigMaterial& material : rig.materials) {
+    if (material.poissons_ratio < kLocks) continue;
+    mesh.notes.push_back(
+        fmt::format("hex8 locks at nu = {:.6g} of \"{}\": its frequencies are too high; hex8e and "
+                    "hex20 do not lock",
+                    material.poissons_ratio,
+                    material.name));
+  }
+}
+
 void run(ModesCommand command) {
   RigNeeds needs;
   needs.mesh = true;
@@ -82,8 +96,9 @@ void run(ModesCommand command) {
     throw InputError(fmt::format("--dx is {}, must be > 0 mm", command.dx_mm));
   if (command.count < 1)
     throw InputError(fmt::format("--count is {}, must be >= 1", command.count));
-  const MeshRung rung = compute_rung(
+  MeshRung rung = compute_rung(
       rig, command.dx_mm * kMetresPerMillimetre, kind, command.count, terminal_progress());
+  note_locking(rig, rung.mesh);
   if (!command.vtu.empty()) write_shapes(command.vtu, rung.mesh, rung.modes);
   if (!command.json.empty()) write_json(command.json, modes_json(rung.mesh, rung.modes));
   if (command.json == "-") return;

@@ -3,6 +3,10 @@
 // the other in one run: seconds, iterations, peak memory.
 //
 //   modes RIG [--dx-mm 1.5 0.75 0.375] [--element hex8] [--count 10] [--free] [--max-factor-gb 12]
+//         [--reference-dx-mm 1.5 0.75]
+//
+// With --reference-dx-mm hex20 of these cell sizes stands beside it, by factor, and the
+// frequencies on the last mesh are compared with hex20's.
 #include "core/units.hpp"
 #include "fem/eigenmodes.hpp"
 #include "fem/stiffness_solver.hpp"
@@ -30,6 +34,7 @@ struct Settings {
   int count = 10;
   bool free_body = false;
   double max_factor_gb = 12.0;
+  std::vector<double> reference_dx_mm;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -113,8 +118,14 @@ void compare(const Outcome& factor, const Outcome& multigrid) {
   fmt::print("  eigenvalues agree to {:.1e}\n", largest);
 }
 
-void bench(const Rig& rig, double dx_mm, const Settings& settings) {
-  HexMesh mesh = mesh_part(rig, dx_mm * kMetresPerMillimetre, element_kind_from(settings.element));
+/// A rig's mesh as a body, and what is free of it.
+struct Model {
+  ElasticBody body;
+  FreeDofs free;
+};
+
+Model make_model(const Rig& rig, double dx_mm, ElementKind kind, bool free_body) {
+  HexMesh mesh = mesh_part(rig, dx_mm * kMetresPerMillimetre, kind);
   std::vector<ElasticMaterial> materials;
   for (const std::string& name : mesh.material_names) {
     const auto at = std::find_if(
@@ -125,23 +136,41 @@ void bench(const Rig& rig, double dx_mm, const Settings& settings) {
     material.density_kg_m3 = at->density_kg_m3;
     materials.push_back(material);
   }
-  const FreeDofs free(mesh.num_nodes(),
-                      settings.free_body ? std::vector<int>{} : clamped_nodes(mesh, rig));
-  const ElasticBody body(std::move(mesh), std::move(materials));
+  FreeDofs free(mesh.num_nodes(), free_body ? std::vector<int>{} : clamped_nodes(mesh, rig));
+  Model model{ElasticBody(std::move(mesh), std::move(materials)), std::move(free)};
   fmt::print("dx {} mm: {} {} elements, {} unknowns\n",
              dx_mm,
-             body.mesh().num_elements(),
-             settings.element,
-             free.size());
+             model.body.mesh().num_elements(),
+             to_string(kind),
+             model.free.size());
+  return model;
+}
+
+Outcome bench(const Rig& rig, double dx_mm, const Settings& settings) {
+  const Model model =
+      make_model(rig, dx_mm, element_kind_from(settings.element), settings.free_body);
+  const auto& [body, free] = model;
   if (!settings.free_body) solve_once(body, free, StiffnessSolverKind::Multigrid);
-  const Outcome multigrid = run(body, free, settings, StiffnessSolverKind::Multigrid);
+  Outcome multigrid = run(body, free, settings, StiffnessSolverKind::Multigrid);
   const double gigabytes = 1e-9 * estimate_factor_bytes(free.size());
   if (gigabytes > settings.max_factor_gb) {
     fmt::print("  no factor: it would take about {:.2g} GB\n", gigabytes);
-    return;
+    return multigrid;
   }
   if (!settings.free_body) solve_once(body, free, StiffnessSolverKind::Factor);
   compare(run(body, free, settings, StiffnessSolverKind::Factor), multigrid);
+  return multigrid;
+}
+
+/// Distances of frequencies, mode by mode, from a reference's.
+void compare_with_reference(const Outcome& found, const Outcome& reference) {
+  if (!found.done || !reference.done) return;
+  fmt::print("  frequency over hex20's - 1, on the last mesh of each [%]:");
+  for (Eigen::Index k = 0; k < found.lambda.size(); ++k) {
+    if (reference.lambda[k] == 0.0) continue;
+    fmt::print(" {:.2f}", 100.0 * (std::sqrt(found.lambda[k] / reference.lambda[k]) - 1.0));
+  }
+  fmt::print("\n");
 }
 
 }  // namespace
@@ -155,10 +184,18 @@ int main(int argc, char** argv) {
   app.add_option("--count", settings.count, "number of modes");
   app.add_flag("--free", settings.free_body, "without the rig's clamps");
   app.add_option("--max-factor-gb", settings.max_factor_gb, "largest factor tried [GB]");
+  app.add_option("--reference-dx-mm", settings.reference_dx_mm, "cell sizes of hex20 beside [mm]");
   CLI11_PARSE(app, argc, argv);
   RigNeeds needs;
   needs.part = true;
   const Rig rig = load_rig(settings.rig, needs);
-  for (const double dx_mm : settings.dx_mm) bench(rig, dx_mm, settings);
+  Outcome finest;
+  for (const double dx_mm : settings.dx_mm) finest = bench(rig, dx_mm, settings);
+  Outcome reference;
+  for (const double dx_mm : settings.reference_dx_mm) {
+    const Model model = make_model(rig, dx_mm, ElementKind::Hex20, settings.free_body);
+    reference = run(model.body, model.free, settings, StiffnessSolverKind::Factor);
+    compare_with_reference(finest, reference);
+  }
   return 0;
 }

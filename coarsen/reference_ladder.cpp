@@ -37,6 +37,17 @@ bool meshable(const Rig& rig, double dx_m) {
   }
 }
 
+/// The first of dx, dx / 2, ... that can be meshed.
+/// @throws InputError, what is said of dx itself, if none can
+double first_meshable(const Rig& rig, double dx_m) {
+  for (int i = 0; i < kStartAttempts; ++i) {
+    const double trial = std::ldexp(dx_m, -i);
+    if (meshable(rig, trial)) return trial;
+  }
+  (void)clamped_nodes(mesh_part(rig, dx_m, ElementKind::Hex8), rig);
+  return dx_m;
+}
+
 /// Largest relative difference of the first `count` frequencies, over those of `fine`.
 double frequency_change(const Eigenmodes& coarse, const Eigenmodes& fine, int count) {
   double largest = coarse.count() < std::min(count, fine.count()) ? 1.0 : 0.0;
@@ -203,7 +214,7 @@ double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std
   } else {
     dx = thinnest_wall_m(rig);
     // Edges that do not fall on cell faces can let a solid slip between the cells' centres.
-    for (int i = 0; i < kStartAttempts && !meshable(rig, dx); ++i) dx /= 2.0;
+    dx = first_meshable(rig, dx);
   }
   if (has_several_materials(rig)) dx = without_mixed_cells(rig, dx, options.max_dofs, notes);
   const double wanted = dx;

@@ -62,6 +62,9 @@ struct ElasticBody::Impl {
 
   [[nodiscard]] ElementModuli scaled_moduli(bool by_damping) const;
   [[nodiscard]] std::vector<double> element_masses(const NodeGraph& graph) const;
+  /// integral of rho N over the volume and N of the point masses, for each node [kg]
+  [[nodiscard]] Eigen::VectorXd masses_of_nodes() const;
+  [[nodiscard]] double density_of(int element) const;
   static void add_to(Assembly& assembly, const PointMass& point);
 
   /// `u`, or zeros where it is empty.
@@ -131,14 +134,18 @@ ElementModuli ElasticBody::Impl::scaled_moduli(bool by_damping) const {
   return result;
 }
 
+double ElasticBody::Impl::density_of(int element) const {
+  const int material = mesh.material_of_element[static_cast<std::size_t>(element)];
+  return materials[static_cast<std::size_t>(material)].density_kg_m3 *
+         filled(mesh.mass_fill, element);
+}
+
 std::vector<double> ElasticBody::Impl::element_masses(const NodeGraph& graph) const {
   std::vector<double> node_mass(graph.neighbours().size(), 0.0);
   Eigen::MatrixXd products = geometry.shape_products(0);
   for (int e = 0; e < mesh.num_elements(); ++e) {
     if (!geometry.congruent()) products = geometry.shape_products(e);
-    const auto material = mesh.material_of_element[static_cast<std::size_t>(e)];
-    const double density =
-        materials[static_cast<std::size_t>(material)].density_kg_m3 * filled(mesh.mass_fill, e);
+    const double density = density_of(e);
     for (int b = 0; b < products.cols(); ++b) {
       const int start = graph.start(mesh.elements(b, e));
       for (int a = 0; a < products.rows(); ++a) {
@@ -148,6 +155,18 @@ std::vector<double> ElasticBody::Impl::element_masses(const NodeGraph& graph) co
     }
   }
   return node_mass;
+}
+
+Eigen::VectorXd ElasticBody::Impl::masses_of_nodes() const {
+  // The shape functions sum to one: these are the sums of the rows of their products.
+  Eigen::VectorXd masses = Eigen::VectorXd::Zero(mesh.num_nodes());
+  Eigen::VectorXd integrals;
+  for (int e = 0; e < mesh.num_elements(); ++e) {
+    if (e == 0 || !geometry.congruent()) integrals = geometry.shape_products(e).rowwise().sum();
+    masses(mesh.elements.col(e)) += density_of(e) * integrals;
+  }
+  for (const PointMass& point : point_masses) masses(point.nodes) += point.mass_kg * point.weights;
+  return masses;
 }
 
 Eigen::VectorXd ElasticBody::Impl::whole(const Eigen::VectorXd& u, const char* name) const {
@@ -347,8 +366,7 @@ void ElasticBody::add_scaled_mass(double factor, SparseMatrix& A) const {
 }
 
 Eigen::VectorXd ElasticBody::gravity_force(const Eigen::Vector3d& gravity_m_s2) const {
-  // The shape functions sum to one, so the mass times a uniform acceleration is the load.
-  return mass() * gravity_m_s2.replicate(m_impl->mesh.num_nodes(), 1);
+  return (gravity_m_s2 * m_impl->masses_of_nodes().transpose()).reshaped();
 }
 
 }  // namespace twang

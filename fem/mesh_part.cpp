@@ -63,7 +63,9 @@ void check_grid(const Rig& rig,
                                        : "vanishes, no cell has its centre in it";
   const std::string advice =
       works ? fmt::format("dx must be smaller, {:.6g} mm would do", *works * kMillimetresPerMetre)
-            : std::string("dx must be much smaller, or the part mended");
+      : fault.kind == Kind::Disconnected
+          ? std::string("bodies that do not touch must be joined, and dx smaller than what joins")
+          : std::string("dx must be much smaller, or the part mended");
   throw InputError(fmt::format("{} {} at dx = {:.6g} mm; {}",
                                describe_solid(rig, fault.solid),
                                reason,

@@ -2,7 +2,7 @@
 #include "fem/static_solve.hpp"
 
 #include "core/error.hpp"
-#include "fem/linear_solver.hpp"
+#include "fem/detail/first_lambda.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
+#include <utility>
 
 namespace twang {
 namespace {
@@ -18,8 +20,7 @@ constexpr double kSmallestLoadStep = 1.0 / 4096.0;     // of the whole load [-]
 constexpr double kSufficientDecrease = 1e-4;           // Armijo's constant [-]
 constexpr double kSmallestStepLength = 1.0 / 16384.0;  // of the Newton step [-]
 constexpr double kGapTolerance = 1e-12;  // of the prescribed displacement, relative to it [-]
-constexpr double kFirstShift = 1e-6;     // of the diagonal of K, relative [-]
-constexpr double kLargestShift = 10.0;
+constexpr double kLargestShift = 1e12;   // of the mass, over the first eigenvalue's estimate [-]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundOff = 8.0 * kEpsilon;  // of a sum over the elements at a node [-]
 
@@ -40,7 +41,7 @@ struct Balance {
   [[nodiscard]] bool finite() const { return std::isfinite(residual); }
 };
 
-enum class NewtonEnd { Balanced, TooManyIterations, NotFactorized, NoDescent, TurnedInsideOut };
+enum class NewtonEnd { Balanced, TooManyIterations, NotSolved, NoDescent, TurnedInsideOut };
 
 const char* reason(NewtonEnd end) {
   switch (end) {
@@ -48,8 +49,8 @@ const char* reason(NewtonEnd end) {
       return "balanced";
     case NewtonEnd::TooManyIterations:
       return "Newton's iteration did not converge";
-    case NewtonEnd::NotFactorized:
-      return "the stiffness could not be factorized";
+    case NewtonEnd::NotSolved:
+      return "the linear systems could not be solved";
     case NewtonEnd::NoDescent:
       return "no step lowered the energy";
     case NewtonEnd::TurnedInsideOut:
@@ -68,20 +69,23 @@ class StaticNewton {
         m_free(free),
         m_constraint(std::move(constraint)),
         m_options(options),
-        m_solver(make_cholesky_solver()) {}
+        m_solver(make_stiffness_solver(body, free, options.solver)),
+        m_signs(free.size()) {
+    std::mt19937 generator(1);
+    for (double& sign : m_signs) sign = (generator() & 1U) != 0U ? 1.0 : -1.0;
+  }
 
   /// Balances `u` under `load`; leaves `u` wherever it ends.
   NewtonEnd balance(const LoadStep& load, double fraction, Eigen::VectorXd& u) {
     Balance state = evaluate(load, u);
     for (int i = 0; i < m_options.max_newton_iterations; ++i) {
       if (!state.finite()) return NewtonEnd::TurnedInsideOut;
-      const SparseMatrix K = m_free.restrict_matrix(m_body.stiffness(u));
-      m_round_off = kRoundOff * K.diagonal().cwiseProduct(m_free.restrict_vector(u)).norm();
+      m_round_off = kRoundOff * force_of_unrelated(u);
       if (balanced(state, load)) return NewtonEnd::Balanced;
       report_progress(m_options.progress, {"loading", fraction, 1.0});
       ++m_iterations;
       Eigen::VectorXd p;
-      if (!newton_step(K, state, p)) return NewtonEnd::NotFactorized;
+      if (!newton_step(u, state, p)) return NewtonEnd::NotSolved;
       const NewtonEnd end = move(load, p, u, state);
       if (end != NewtonEnd::Balanced) return end;
     }
@@ -106,6 +110,8 @@ class StaticNewton {
   }
 
   [[nodiscard]] int iterations() const { return m_iterations; }
+  [[nodiscard]] int linear_iterations() const { return m_linear_iterations; }
+  [[nodiscard]] std::string solver() const { return m_solver->description(); }
 
  private:
   [[nodiscard]] bool pulled() const { return m_constraint.size() > 0; }
@@ -119,14 +125,20 @@ class StaticNewton {
            state.residual <= std::max(m_options.tolerance * state.scale, m_round_off);
   }
 
-  /// K with its diagonal raised until it is positive definite; sets the Newton step `p`.
-  bool newton_step(const SparseMatrix& K, const Balance& state, Eigen::VectorXd& p) {
-    if (!factorize(K)) return false;
-    Eigen::MatrixXd B(K.rows(), pulled() ? 2 : 1);
+  /// Norm of the forces that displacements as large as those of u, but each of its own sign, would
+  /// need: what cancels at a node, and so leaves its round-off there [N].
+  [[nodiscard]] double force_of_unrelated(const Eigen::VectorXd& u) const {
+    const Eigen::VectorXd w = m_free.restrict_vector(u).cwiseProduct(m_signs);
+    return m_free.restrict_vector(m_body.stiffness_product(u, m_free.expand_vector(w))).norm();
+  }
+
+  /// Sets the Newton step `p`, of K with as much of the mass added as makes it positive definite.
+  bool newton_step(const Eigen::VectorXd& u, const Balance& state, Eigen::VectorXd& p) {
+    Eigen::MatrixXd B(m_free.size(), pulled() ? 2 : 1);
     B.col(0) = state.gradient;
     if (pulled()) B.col(1) = m_constraint;
     Eigen::MatrixXd X;
-    if (m_solver->solve(B, X) != SolveStatus::Ok || !X.allFinite()) return false;
+    if (!solve_definite(u, B, X) || !X.allFinite()) return false;
     p = -X.col(0);
     if (pulled()) {
       const double schur = m_constraint.dot(X.col(1));  // cᵀ K⁻¹ c
@@ -136,21 +148,22 @@ class StaticNewton {
     return true;
   }
 
-  bool factorize(const SparseMatrix& K) {
-    if (!m_analyzed && m_solver->analyze(K) != SolveStatus::Ok) return false;
-    m_analyzed = true;
-    SolveStatus status = m_solver->factorize(K);
-    if (status == SolveStatus::NotPositiveDefinite) {
-      const Eigen::VectorXd diagonal = K.diagonal().cwiseAbs();
-      for (double shift = kFirstShift;
-           status == SolveStatus::NotPositiveDefinite && shift <= kLargestShift;
-           shift *= 10.0) {
-        SparseMatrix raised = K;
-        for (int i = 0; i < raised.rows(); ++i) raised.coeffRef(i, i) += shift * diagonal[i];
-        status = m_solver->factorize(raised);
+  bool solve_definite(const Eigen::VectorXd& u, const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
+    double shift = 0.0;
+    while (true) {
+      SolveStatus status = m_solver->prepare({1.0, 0.0, shift}, u);
+      if (status == SolveStatus::Ok) {
+        const StiffnessSolution solution = m_solver->solve(B, X);
+        m_linear_iterations += solution.iterations;
+        status = solution.status;
       }
+      // What conjugate gradients have when they are stopped is still a direction of descent.
+      if (status == SolveStatus::Ok || status == SolveStatus::NotConverged) return true;
+      if (status != SolveStatus::NotPositiveDefinite) return false;
+      if (m_first_lambda == 0.0) m_first_lambda = estimate_first_lambda(m_body);
+      shift = shift == 0.0 ? m_first_lambda : 10.0 * shift;
+      if (shift > kLargestShift * m_first_lambda) return false;
     }
-    return status == SolveStatus::Ok;
   }
 
   [[nodiscard]] double potential(const LoadStep& load, const Eigen::VectorXd& u) const {
@@ -195,8 +208,10 @@ class StaticNewton {
   const FreeDofs& m_free;
   const Eigen::VectorXd m_constraint;  // c, free; empty: nothing is pulled
   const StaticOptions& m_options;
-  std::unique_ptr<LinearSolver> m_solver;
-  bool m_analyzed = false;
+  std::unique_ptr<StiffnessSolver> m_solver;
+  Eigen::VectorXd m_signs;      // 1 or -1, of each free degree of freedom
+  double m_first_lambda = 0.0;  // about the smallest eigenvalue; 0: not needed yet [1/s²]
+  int m_linear_iterations = 0;
   double m_scale = 0.0;      // largest force met [N]
   double m_round_off = 0.0;  // residual that is only round-off [N]
   int m_iterations = 0;
@@ -244,6 +259,7 @@ void StaticOptions::check() const {
     throw InputError(
         fmt::format("max_newton_iterations is {}, must be >= 1", max_newton_iterations));
   if (load_steps < 1) throw InputError(fmt::format("load_steps is {}, must be >= 1", load_steps));
+  solver.check();
 }
 
 Eigen::VectorXd nodal_force(const HexMesh& mesh,
@@ -303,6 +319,8 @@ StaticResult solve_static(const ElasticBody& body,
   result.residual = state.scale > 0.0 ? state.residual / state.scale : 0.0;
   result.load_fraction = done;
   result.newton_iterations = newton.iterations();
+  result.linear_iterations = newton.linear_iterations();
+  result.solver = newton.solver();
   result.termination = done == 1.0 ? Termination::Converged : Termination::NumericalFailure;
   result.message =
       done == 1.0

@@ -4,6 +4,7 @@
 #include "core/progress.hpp"
 #include "core/termination.hpp"
 #include "fem/elastic_body.hpp"
+#include "fem/stiffness_solver.hpp"
 
 #include <Eigen/Core>
 
@@ -33,7 +34,8 @@ struct StaticOptions {
   int max_newton_iterations = 60;  ///< within one load step
   int load_steps = 1;              ///< halved further by itself when Newton fails
   ProgressCallback progress = {};  ///< called per Newton iteration with the part of the load done
-  void check() const;              ///< throws InputError naming field, value, allowed range
+  StiffnessSolverOptions solver = {};  ///< a factor, or multigrid where that would be too large
+  void check() const;                  ///< throws InputError naming field, value, allowed range
 };
 
 struct StaticResult {
@@ -46,7 +48,9 @@ struct StaticResult {
   int newton_iterations = 0;   ///< of all load steps, failed ones included
   int load_steps = 0;          ///< that were balanced
   Termination termination = Termination::NotRun;
-  std::string message;  ///< one sentence for a person
+  std::string message;        ///< one sentence for a person
+  std::string solver;         ///< of the linear systems, and why it was chosen
+  int linear_iterations = 0;  ///< of all linear systems solved; 0: direct
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
 };
 
@@ -58,9 +62,12 @@ struct StaticResult {
 /// The constraint is kept exactly, by its Lagrange multiplier (the force that `pull_force_n`
 /// reports): each Newton step solves K for two right-hand sides and takes the Schur complement.
 /// Load and constraint grow from those of `start` (whatever holds it in place) in `load_steps`
-/// parts; a part that fails is halved. Where K is indefinite its diagonal is raised until it can be
-/// factorized, so that what is found is a minimum. Residuals below the round-off of the internal
-/// force count as zero.
+/// parts; a part that fails is halved. Where K is indefinite the mass is added, times a shift that
+/// grows until the sum is definite, so that what is found is a minimum. Residuals below the
+/// round-off of the internal force count as zero.
+///
+/// A body whose factor would be too large is balanced without any matrix, the linear systems being
+/// solved by multigrid (`StaticOptions::solver`).
 ///
 /// @param start  displacement to start from; empty: undeformed
 /// @throws InputError if no node is held, sizes disagree, or a point is pulled by nothing

@@ -49,6 +49,9 @@ class VoxelProblem final : public GridProblem {
   }
   [[nodiscard]] int coarsest_dofs() const override { return m_multigrid.coarsest_dofs(); }
   [[nodiscard]] int num_levels() const override { return m_multigrid.num_levels(); }
+  [[nodiscard]] std::unique_ptr<DeformedCoarse> make_deformed_coarse(int max_dofs) const override {
+    return std::make_unique<DeformedCoarse>(m_voxels, max_dofs);
+  }
   [[nodiscard]] double memory_bytes() const override {
     // Moduli in double precision, maps to and from the mesh.
     return m_multigrid.memory_bytes() + 24.0 * m_voxels.grid().num_cells() + 9.0 * m_voxels.size();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fem/detail/deformed_coarse.hpp"
 #include "fem/elastic_body.hpp"
 #include "fem/linear_solver.hpp"
 #include "fem/stiffness_solver.hpp"
@@ -50,6 +51,11 @@ class GridProblem {
   [[nodiscard]] virtual int coarsest_dofs() const = 0;
   [[nodiscard]] virtual int num_levels() const = 0;
   [[nodiscard]] virtual double memory_bytes() const = 0;  ///< estimated
+  /// Coarse functions for a body that has turned far; none if the problem has none.
+  [[nodiscard]] virtual std::unique_ptr<DeformedCoarse> make_deformed_coarse(
+      [[maybe_unused]] int max_dofs) const {
+    return nullptr;
+  }
 };
 
 /// What keeps a mesh from being treated as cells of a regular grid, in a few words; empty if

@@ -9,6 +9,13 @@
 #include <utility>
 
 namespace twang {
+namespace {
+
+/// Iterations by the undeformed body's cycles alone after which the deformed one's coarse problem
+/// repays its 81 products.
+constexpr int kPatience = 25;
+
+}  // namespace
 
 MultigridSolver::MultigridSolver(const ElasticBody& body,
                                  const FreeDofs& free,
@@ -20,9 +27,31 @@ MultigridSolver::MultigridSolver(const ElasticBody& body,
 
 SolveStatus MultigridSolver::prepare(const StiffnessCombination& of, const Eigen::VectorXd& u) {
   m_matrix = {};
+  m_balanced = false;
+  m_deformed = u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0;
   const SolveStatus status = m_problem->prepare(of);
   if (status == SolveStatus::Ok) m_matrix = m_problem->matrix(of, u);
   return status;
+}
+
+SolveStatus MultigridSolver::balance() {
+  if (m_deformed_coarse == nullptr) {
+    m_deformed_coarse = m_problem->make_deformed_coarse(m_options.max_coarse_dofs);
+  }
+  if (m_deformed_coarse == nullptr) {
+    m_deformed = false;
+    return SolveStatus::Ok;
+  }
+  const SolveStatus status = m_deformed_coarse->prepare(m_matrix);
+  m_balanced = status == SolveStatus::Ok;
+  return status;
+}
+
+Eigen::VectorXd MultigridSolver::precondition(const Eigen::VectorXd& r) {
+  if (!m_balanced) return m_problem->cycle(r);
+  const Eigen::VectorXd coarse = m_deformed_coarse->solve(r);
+  const Eigen::VectorXd z = m_problem->cycle(r - m_matrix(coarse));
+  return coarse + z - m_deformed_coarse->solve(m_matrix(z));
 }
 
 StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
@@ -31,13 +60,31 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
   const double scale = b.norm();
   x = Eigen::VectorXd::Zero(b.size());
   if (scale == 0.0) return solution;
+  // Needed once, the deformed coarse problem will be needed again.
+  const int patience = m_deformed_coarse == nullptr ? kPatience : 0;
   Eigen::VectorXd r = b;
-  Eigen::VectorXd z = m_problem->cycle(r);
-  Eigen::VectorXd p = z;
-  double rz = r.dot(z);
+  Eigen::VectorXd p;
+  Eigen::VectorXd q;
+  double rz = 0.0;
+  double step = 0.0;
   double residual = 1.0;
   while (residual > m_options.tolerance && solution.iterations < m_options.max_iterations) {
-    const Eigen::VectorXd q = m_matrix(p);
+    const bool balance_now = m_deformed && !m_balanced && solution.iterations >= patience;
+    if (balance_now && balance() != SolveStatus::Ok) {
+      solution.status = SolveStatus::NotPositiveDefinite;
+      solution.message = "the matrix is not positive definite, nor is the coarse problem";
+      break;
+    }
+    const Eigen::VectorXd z = precondition(r);
+    const double last_rz = rz;
+    rz = r.dot(z);
+    if (solution.iterations == 0 || balance_now) {
+      p = z;
+    } else {
+      // r - r before = -step q
+      p = z - (step * q.dot(z) / last_rz) * p;
+    }
+    q = m_matrix(p);
     const double curvature = p.dot(q);
     if (!(curvature > 0.0) || !(rz > 0.0)) {
       solution.status =
@@ -50,17 +97,11 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
           curvature <= 0.0 ? curvature : rz);
       break;
     }
-    const double step = rz / curvature;
+    step = rz / curvature;
     x += step * p;
     r -= step * q;
     ++solution.iterations;
     residual = r.norm() / scale;
-    if (residual <= m_options.tolerance) break;
-    z = m_problem->cycle(r);
-    const double next_rz = r.dot(z);
-    // r - r before = -step q
-    p = z - (step * q.dot(z) / rz) * p;
-    rz = next_rz;
   }
   solution.relative_residual = (b - m_matrix(x)).norm() / scale;
   if (solution.status == SolveStatus::Ok && !(residual <= m_options.tolerance)) {

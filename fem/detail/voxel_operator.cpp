@@ -11,6 +11,11 @@ VoxelOperator::VoxelOperator(const ElasticBody& body,
   const bool deformed =
       u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 && body.model() != ConstitutiveModel::Linear;
   if (deformed) m_u = u;
+  if (deformed && num_internal_modes(body.mesh().kind) > 0) {
+    m_matrix = body.stiffness(u);
+    m_matrix.coeffs() *= of.stiffness;
+    if (of.damping != 0.0) m_matrix.coeffs() += of.damping * body.stiffness_damping(u).coeffs();
+  }
   m_moduli = voxels.moduli<double>(deformed ? StiffnessCombination{0.0, 0.0, of.mass} : of);
 }
 
@@ -19,8 +24,12 @@ Eigen::VectorXd VoxelOperator::operator()(const Eigen::VectorXd& x) const {
   if (m_u.size() > 0) {
     const Eigen::VectorXd w = m_voxels.to_full(x);
     Eigen::VectorXd full = Eigen::VectorXd::Zero(x.size());
-    if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
-    if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
+    if (m_matrix.rows() > 0) {
+      full = m_matrix * w;
+    } else {
+      if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
+      if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
+    }
     y = m_voxels.from_full(full);
   }
   m_voxels.add_product(m_moduli, 1.0, x.data(), y.data());

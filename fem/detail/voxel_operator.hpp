@@ -9,7 +9,8 @@
 namespace twang {
 
 /// A x in double precision, matrix-free, on vectors of a VoxelBody: its own cells undeformed, the
-/// body's element kernels at any other displacement.
+/// body's element kernels at any other displacement. There hex8e, whose internal modes would have
+/// to be found in every product, is assembled.
 class VoxelOperator {
  public:
   /// Keeps references to all but `of`.
@@ -23,7 +24,8 @@ class VoxelOperator {
   const ElasticBody& m_body;
   const VoxelBody& m_voxels;
   StiffnessCombination m_of;
-  Eigen::VectorXd m_u;  ///< empty: undeformed
+  Eigen::VectorXd m_u;    ///< empty: undeformed
+  SparseMatrix m_matrix;  ///< stiffness and damping at u, if assembled
   CellModuli<double> m_moduli;
 };
 

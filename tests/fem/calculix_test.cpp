@@ -4,7 +4,9 @@
 #include "tests/support/calculix.hpp"
 
 #include "fem/eigenmodes.hpp"
+#include "rigs/surface_mesh.hpp"
 #include "tests/support/rigs.hpp"
+#include "tests/support/surfaces.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -27,13 +29,13 @@ constexpr double kPrinted = 1e-6;
 struct Case {
   HexMesh mesh;
   FreeDofs free;
-  ElasticMaterial material;
+  std::vector<ElasticMaterial> materials;
   int count = 0;
 };
 
 Case clamped_case(const Rig& rig, double dx_m, ElementKind kind, const ElasticMaterial& material) {
   const HexMesh mesh = mesh_part(rig, dx_m, kind);
-  return {mesh, FreeDofs(mesh.num_nodes(), clamped_nodes(mesh, rig)), material, 10};
+  return {mesh, FreeDofs(mesh.num_nodes(), clamped_nodes(mesh, rig)), {material}, 10};
 }
 
 Case beam(double dx_m, ElementKind kind) {
@@ -56,7 +58,31 @@ Case plate(double dx_m) {
     const Eigen::Vector3d gap = x.cwiseMin(Eigen::Vector3d(10, 10, 1) - x);
     if (x.z() < 1e-9 && gap.head<2>().minCoeff() < 1e-9) held.push_back(3 * n + 2);
   }
-  return {mesh, FreeDofs::from_held_dofs(mesh.num_nodes(), held), elastic(200e9, 0.3, 8000), 10};
+  return {mesh, FreeDofs::from_held_dofs(mesh.num_nodes(), held), {elastic(200e9, 0.3, 8000)}, 10};
+}
+
+/// A ring from a surface file, held along its left side.
+Case ring() {
+  const test::TemporaryFolder folder;
+  SurfaceFile surface;
+  surface.file = folder / "ring.stl";
+  write_stl(surface.file, test::torus({0, 0, 0}, 0.02, 0.006, 48, 24));
+  Rig rig = test::make_rig({}, {test::box_mm({-30, -30, -10}, {-20, 30, 10})});
+  rig.parts.push_back({"part", surface});
+  return clamped_case(rig, 2e-3, ElementKind::Hex8, elastic(1e9, 0.3, 1100));
+}
+
+/// A beam whose outer third is of another material, held at x = 0.
+Case beam_of_two(ElementKind kind) {
+  Rig rig = test::beam_rig();
+  RigMaterial soft;
+  soft.name = "soft";
+  soft.poissons_ratio = 0.4;
+  rig.materials.push_back(soft);
+  rig.parts.push_back({"soft", test::box_mm({66, 0, 0}, {100, 10, 2})});
+  Case result = clamped_case(rig, 2e-3, kind, elastic(2e9, 0.3, 1180));
+  result.materials.push_back(elastic(0.1e9, 0.4, 2300));
+  return result;
 }
 
 Case case_named(const std::string& name) {
@@ -68,12 +94,15 @@ Case case_named(const std::string& name) {
   if (name == "fv52_hex20_2500mm") return plate(2.5);
   if (name == "fv52_hex20_1250mm") return plate(1.25);
   if (name == "fv52_hex20_500mm") return plate(0.5);
+  if (name == "ring_hex8_2mm") return ring();
+  if (name == "two_materials_hex8_2mm") return beam_of_two(ElementKind::Hex8);
+  if (name == "two_materials_hex20_2mm") return beam_of_two(ElementKind::Hex20);
   throw std::invalid_argument(name);
 }
 
 std::vector<double> frequencies_of(const Case& at,
                                    StiffnessSolverKind solver = StiffnessSolverKind::Factor) {
-  const ElasticBody body(at.mesh, {at.material});
+  const ElasticBody body(at.mesh, at.materials);
   EigenmodeOptions options;
   options.count = at.count;
   options.solver.kind = solver;
@@ -113,7 +142,10 @@ INSTANTIATE_TEST_SUITE_P(Cases,
                                            "lrig_hex20_1.5mm",
                                            "fv52_hex20_2500mm",
                                            "fv52_hex20_1250mm",
-                                           "fv52_hex20_500mm"),
+                                           "fv52_hex20_500mm",
+                                           "ring_hex8_2mm",
+                                           "two_materials_hex8_2mm",
+                                           "two_materials_hex20_2mm"),
                          [](const auto& name) {
                            std::string text = name.param;
                            for (char& c : text) c = c == '.' ? '_' : c;
@@ -144,7 +176,7 @@ TEST_P(Calculix, GivesTheGoldenFrequencies) {
   const Case at = case_named(GetParam());
   const test::TemporaryFolder folder;
   const std::vector<double> found = test::run_calculix(
-      test::calculix_frequency_deck(at.mesh, at.material, at.free, at.count), folder.path());
+      test::calculix_frequency_deck(at.mesh, at.materials, at.free, at.count), folder.path());
   ASSERT_EQ(static_cast<int>(found.size()), at.count);
   for (const auto& [mode, frequency] : golden(GetParam())) {
     EXPECT_NEAR(found.at(static_cast<std::size_t>(mode) - 1) / frequency, 1.0, kPrinted)

@@ -102,6 +102,24 @@ TEST(CloseSurface, KeepsACavityButTurnsAShellThatStandsFreeInsideOut) {
   EXPECT_TRUE(holds(mixed.notes[0], "1 of its 3 shells"));
 }
 
+TEST(CloseSurface, TurnsABodyAndItsCavityButNotTheHollowBodyWithin) {
+  // Four shells, one in another: what the file has wrong about the outer body says nothing of the
+  // inner one's cavity.
+  const auto scaled = [](double scale) {
+    const Vector3d middle = 0.5 * (kWithin.min + kWithin.max);
+    const Vector3d half = 0.5 * scale * (kWithin.max - kWithin.min);
+    return test::box_surface({middle - half, middle + half});
+  };
+  const SurfaceMesh outer =
+      test::together({test::box_surface(kCube), test::inside_out(test::box_surface(kWithin))});
+  const SurfaceMesh inner = test::together({scaled(0.8), test::inside_out(scaled(0.4))});
+  const ClosedSurface closed =
+      close_surface(test::together({test::inside_out(outer), inner}), "part.stl");
+  EXPECT_NEAR(closed.volume_m3, 1.0 - 0.125 + 0.125 * (0.512 - 0.064), 1e-15);
+  ASSERT_EQ(closed.notes.size(), 1U);
+  EXPECT_TRUE(holds(closed.notes[0], "2 of its 4 shells"));
+}
+
 TEST(CloseSurface, TakesTwoBodiesThatShareAFace) {
   const Box next = {Vector3d(1, 0, 0), Vector3d(2, 1, 1)};
   const SurfaceMesh both =
