@@ -11,6 +11,10 @@
 #include <vector>
 
 namespace twang {
+namespace detail {
+class StateReader;
+class StateWriter;
+}  // namespace detail
 
 /// One implicit time step of a damped elastic body, as an equation for the displacement increment
 /// δ:
@@ -30,6 +34,23 @@ struct StepEquation {
   Eigen::VectorXd load;        ///< c [N]
 };
 
+/// Wall time by what it was spent on [s].
+struct StepPhases {
+  double forces_s = 0.0;          ///< internal and damping forces
+  double products_s = 0.0;        ///< with the matrix-free Jacobian
+  double factorization_s = 0.0;   ///< assembly included
+  double preconditioner_s = 0.0;  ///< triangular solves, turned
+  StepPhases& operator+=(const StepPhases& other);
+};
+
+/// Work over a step, by the integrator's own quadrature [J].
+struct StepWork {
+  double load_j = 0.0;     ///< of the dead load on the body
+  double base_j = 0.0;     ///< of the moving base on the body
+  double damping_j = 0.0;  ///< taken out by D
+  StepWork& operator+=(const StepWork& other);
+};
+
 /// Why a step stopped, and what it cost.
 struct StepReport {
   int newton_iterations = 0;
@@ -38,6 +59,9 @@ struct StepReport {
   double residual = 0.0;  ///< relative, at the end [-]
   Termination termination = Termination::NotRun;
   std::string message;  ///< one sentence for a person if it did not converge
+  StepPhases phases;
+  StepWork work;     ///< if it converged
+  int substeps = 1;  ///< more than one if the step had to be halved
 };
 
 struct StepSolution {
@@ -73,10 +97,22 @@ class StepNewton {
   /// f_int(u) + D(u) v, 0 at held nodes [N].
   [[nodiscard]] Eigen::VectorXd resisting_force(const Eigen::VectorXd& u,
                                                 const Eigen::VectorXd& v) const;
-  /// @param guesses  increments to start from, the one with the least residual is taken; 0 at held
-  /// nodes; at least one
+  /// D(u) v, held nodes included [N].
+  [[nodiscard]] Eigen::VectorXd damping_force(const Eigen::VectorXd& u,
+                                              const Eigen::VectorXd& v) const;
+  /// @param guesses  increments to start from, the one with the least residual is taken; those of
+  /// held nodes stay as they are; at least one
   [[nodiscard]] StepSolution solve(const StepEquation& equation,
                                    const std::vector<Eigen::VectorXd>& guesses);
+  /// The equation linearized at `guess` and solved to the tolerance: one step of Newton's, with
+  /// neither line search nor a look at what is left over.
+  [[nodiscard]] StepSolution solve_linearized(const StepEquation& equation,
+                                              const Eigen::VectorXd& guess);
+
+  /// What is carried from step to step, so that another may go on bit by bit as this one would.
+  void save(detail::StateWriter& writer) const;
+  /// @throws InputError if what is read does not belong to this body
+  void restore(detail::StateReader& reader);
 
  private:
   struct Impl;

@@ -61,6 +61,12 @@ void DampedBody::clear_held(Eigen::VectorXd& w) const {
 }
 
 Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
+  Eigen::VectorXd product = full_mass_product(w);
+  clear_held(product);
+  return product;
+}
+
+Eigen::VectorXd DampedBody::full_mass_product(const Eigen::VectorXd& w) const {
   Eigen::VectorXd product(w.size());
   for (int j = 0; j < m_nodal_mass.cols(); ++j) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -68,8 +74,15 @@ Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
       sum += it.value() * w.segment<3>(3 * it.row());
     product.segment<3>(3 * j) = sum;
   }
-  clear_held(product);
   return product;
+}
+
+Eigen::VectorXd DampedBody::damping_force(const Eigen::VectorXd& u,
+                                          const Eigen::VectorXd& v) const {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
+  if (m_b > 0.0) force += m_body.stiffness_damping_force(u, v);
+  if (m_a != 0.0) force += m_a * full_mass_product(v);
+  return force;
 }
 
 Eigen::VectorXd DampedBody::resisting_force(const Eigen::VectorXd& u,

@@ -28,6 +28,12 @@ class DampedBody {
   [[nodiscard]] Eigen::VectorXd resisting_force(const Eigen::VectorXd& u,
                                                 const Eigen::VectorXd& v) const;
 
+  /// D(u) v, held nodes included [N].
+  [[nodiscard]] Eigen::VectorXd damping_force(const Eigen::VectorXd& u,
+                                              const Eigen::VectorXd& v) const;
+  /// M w, held nodes included.
+  [[nodiscard]] Eigen::VectorXd full_mass_product(const Eigen::VectorXd& w) const;
+
   /// Where and how fast the body is in a step that is being solved, and how the step weighs
   /// inertia (mu) and velocity (gamma): v = gamma δ + const.
   struct Linearization {

@@ -27,6 +27,7 @@ SolveStatus StaleFactor::factorize(const DampedBody::Linearization& at) {
   m_diagonal = H.diagonal();
   m_stiffness_diagonal = m_diagonal - m_body.inertia_diagonal(at);
   m_rotations_then = m_rotations.at(at.u);
+  m_made_at = at;
   return m_solver->factorize(H);
 }
 
@@ -94,5 +95,34 @@ void StaleFactor::count_step(int iterations) {
 }
 
 bool StaleFactor::worn() const { return m_excess_iterations > kFactorizationInIterations; }
+
+void StaleFactor::save(StateWriter& writer) const {
+  writer.write_flag(m_ready);
+  if (!m_ready) return;
+  writer.write(m_made_at.u);
+  writer.write(m_made_at.v);
+  writer.write(m_made_at.mu_per_s2);
+  writer.write(m_made_at.gamma_per_s);
+  writer.write_flag(m_made_at.differences);
+  writer.write_count(m_fresh_iterations);
+  writer.write_count(m_excess_iterations);
+}
+
+void StaleFactor::restore(StateReader& reader) {
+  m_ready = reader.read_flag();
+  if (!m_ready) return;
+  const Eigen::Index dofs = m_body.body().mesh().num_dofs();
+  DampedBody::Linearization at;
+  at.u = reader.read_vector(dofs);
+  at.v = reader.read_vector(dofs);
+  at.mu_per_s2 = reader.read_number();
+  at.gamma_per_s = reader.read_number();
+  at.differences = reader.read_flag();
+  m_fresh_iterations = static_cast<int>(reader.read_count());
+  m_excess_iterations = static_cast<int>(reader.read_count());
+  m_mu = at.mu_per_s2;
+  m_gamma = at.gamma_per_s;
+  m_ready = factorize(at) == SolveStatus::Ok;
+}
 
 }  // namespace twang::detail

@@ -4,6 +4,7 @@
 #include "fem/linear_solver.hpp"
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
+#include "simulate/detail/state_stream.hpp"
 
 #include <Eigen/Core>
 
@@ -50,10 +51,15 @@ class StaleFactor {
   /// Whether a new factor would pay.
   [[nodiscard]] bool worn() const;
 
+  /// Where the factor was made and how worn it is; `restore` makes the same one again.
+  void save(StateWriter& writer) const;
+  void restore(StateReader& reader);
+
  private:
   SolveStatus factorize(const DampedBody::Linearization& at);
 
   const DampedBody& m_body;
+  DampedBody::Linearization m_made_at;
   std::unique_ptr<LinearSolver> m_solver;
   NodalRotations m_rotations;
   std::vector<Eigen::Matrix3d> m_rotations_then;  // when the factor was made
