@@ -225,14 +225,17 @@ void TomlTable::refuse(std::string_view key, std::string_view expected) const {
 }
 
 void TomlTable::complain(std::string_view key, std::string_view complaint) const {
+  const std::string subject = place(key);
+  throw InputError(fmt::format("{}{}{}", subject, subject.ends_with(": ") ? "" : " ", complaint));
+}
+
+std::string TomlTable::place(std::string_view key) const {
   const toml::table& own = Access::table(*this);
   const toml::node* node = key.empty() ? &own : own.get(key);
   const bool at_document = key.empty() && m_path.empty();
   const auto line = node && !at_document ? node->source().begin.line : 0;
-  const std::string place = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
-  const std::string subject = full_key(key);
-  throw InputError(
-      fmt::format("{}: {}{}{}", place, subject, subject.empty() ? "" : " ", complaint));
+  const std::string where = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
+  return fmt::format("{}: {}", where, full_key(key));
 }
 
 std::string TomlTable::full_key(std::string_view key) const {

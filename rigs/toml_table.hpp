@@ -47,6 +47,8 @@ class TomlTable {
   [[noreturn]] void refuse(std::string_view key, std::string_view expected) const;
   /// "FILE:LINE: KEY COMPLAINT", at the table itself if `key` is empty.
   [[noreturn]] void complain(std::string_view key, std::string_view complaint) const;
+  /// "FILE:LINE: KEY", for complaints that can only be made later.
+  [[nodiscard]] std::string place(std::string_view key) const;
 
  private:
   friend class TomlDocument;
