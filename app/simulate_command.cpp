@@ -60,9 +60,8 @@ void add_simulate_command(CLI::App& cli) {
   sub->add_option("scene", command->scene, "scene file (*.toml)")->required();
   sub->add_option("--out", command->out, "folder for the results")->required();
   sub->add_flag("--resume", command->resume, "go on from the checkpoint in that folder");
-  sub->add_option("--threads",
-                  command->threads,
-                  "threads, always as many; default: as many as are idle");
+  sub->add_option(
+      "--threads", command->threads, "threads, always as many; default: as many as are idle");
   sub->callback([command] { run(*command); });
 }
 

@@ -248,9 +248,7 @@ struct TomlDocument::Impl {
   toml::table table;
 };
 
-TomlDocument::TomlDocument(const std::string& content,
-                           std::string file,
-                           std::string_view expected)
+TomlDocument::TomlDocument(const std::string& content, std::string file, std::string_view expected)
     : m_impl(std::make_unique<Impl>()) {
   if (content.find_first_not_of(" \t\r\n") == std::string::npos) {
     throw InputError(fmt::format("{}: is empty, must be {}", file, expected));

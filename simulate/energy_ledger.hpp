@@ -7,9 +7,9 @@ namespace twang {
 
 /// What bodies have at an instant, in the world's frame; sums over bodies add up.
 struct MechanicalState {
-  double kinetic_j = 0.0;  ///< [J]
-  double elastic_j = 0.0;  ///< [J]
-  double gravity_j = 0.0;  ///< - m g . centre of mass [J]
+  double kinetic_j = 0.0;                             ///< [J]
+  double elastic_j = 0.0;                             ///< [J]
+  double gravity_j = 0.0;                             ///< - m g . centre of mass [J]
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< sum m v [kg m/s]
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< sum m x × v about the origin [kg m²/s]
 

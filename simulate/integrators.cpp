@@ -133,10 +133,9 @@ StepWork Integrator::Impl::work_of(const BodyState& before,
   for (const int node : held_nodes)
     base_moves = base_moves || du.segment<3>(3 * node) != Eigen::Vector3d::Zero();
   if (!base_moves) return work;
-  const Eigen::VectorXd balance = body.mass() * (after.v - before.v) / h +
-                                  start_weight * body.internal_force(before.u) +
-                                  (1.0 - start_weight) * body.internal_force(after.u) + damping -
-                                  external_force;
+  const Eigen::VectorXd balance =
+      body.mass() * (after.v - before.v) / h + start_weight * body.internal_force(before.u) +
+      (1.0 - start_weight) * body.internal_force(after.u) + damping - external_force;
   for (const int node : held_nodes)
     work.base_j += du.segment<3>(3 * node).dot(balance.segment<3>(3 * node));
   return work;

@@ -44,8 +44,7 @@ void make_folder(const std::filesystem::path& folder) {
         fmt::format("{}: is a file, must be a folder to write results into", folder.string()));
   std::filesystem::create_directories(folder, error);
   if (error)
-    throw InputError(
-        fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+    throw InputError(fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
 }
 
 /// Whether an interval of time ends with step `step`: its multiples fall to the first step at or
@@ -145,8 +144,8 @@ class SceneRun {
 
   void write_rows(const MechanicalState& now) {
     const double time_s = m_step * m_scene.step_s;
-    m_largest_energy_j =
-        std::max({m_largest_energy_j, now.kinetic_j, now.elastic_j, std::abs(m_ledger.work().external_j)});
+    m_largest_energy_j = std::max(
+        {m_largest_energy_j, now.kinetic_j, now.elastic_j, std::abs(m_ledger.work().external_j)});
     m_largest_remainder_j = std::max(m_largest_remainder_j, std::abs(m_ledger.remainder_j(now)));
     m_files->add_energy(time_s, now, m_ledger);
     const auto& every = m_scene.output.every_s;
@@ -189,16 +188,23 @@ void SceneRun::save() {
   writer.write_count(m_step);
   writer.write(m_ledger.start_j());
   const LedgerWork& work = m_ledger.work();
-  for (const double value :
-       {work.external_j, work.damping_j, work.friction_j, work.impact_j, m_largest_energy_j,
-        m_largest_remainder_j, m_wall_before_s + seconds_since(m_begin), m_output_s})
+  for (const double value : {work.external_j,
+                             work.damping_j,
+                             work.friction_j,
+                             work.impact_j,
+                             m_largest_energy_j,
+                             m_largest_remainder_j,
+                             m_wall_before_s + seconds_since(m_begin),
+                             m_output_s})
     writer.write(value);
   const RunSummary& run = m_summary.run;
   for (const long value :
        {run.newton_iterations, run.linear_iterations, run.factorizations, run.halved_steps})
     writer.write_count(value);
-  for (const double value : {run.phases.forces_s, run.phases.products_s,
-                             run.phases.factorization_s, run.phases.preconditioner_s})
+  for (const double value : {run.phases.forces_s,
+                             run.phases.products_s,
+                             run.phases.factorization_s,
+                             run.phases.preconditioner_s})
     writer.write(value);
   for (const std::int64_t length : {lengths.motion, lengths.probes, lengths.energy})
     writer.write_count(length);
@@ -219,15 +225,23 @@ void SceneRun::restore() {
   m_step = static_cast<int>(reader.read_count());
   const double start_j = reader.read_number();
   LedgerWork work;
-  for (double* value : {&work.external_j, &work.damping_j, &work.friction_j, &work.impact_j,
-                        &m_largest_energy_j, &m_largest_remainder_j, &m_wall_before_s, &m_output_s})
+  for (double* value : {&work.external_j,
+                        &work.damping_j,
+                        &work.friction_j,
+                        &work.impact_j,
+                        &m_largest_energy_j,
+                        &m_largest_remainder_j,
+                        &m_wall_before_s,
+                        &m_output_s})
     *value = reader.read_number();
   m_ledger = EnergyLedger(start_j, work);
   RunSummary& run = m_summary.run;
-  for (long* value : {&run.newton_iterations, &run.linear_iterations, &run.factorizations,
-                      &run.halved_steps})
+  for (long* value :
+       {&run.newton_iterations, &run.linear_iterations, &run.factorizations, &run.halved_steps})
     *value = reader.read_count();
-  for (double* value : {&run.phases.forces_s, &run.phases.products_s, &run.phases.factorization_s,
+  for (double* value : {&run.phases.forces_s,
+                        &run.phases.products_s,
+                        &run.phases.factorization_s,
                         &run.phases.preconditioner_s})
     *value = reader.read_number();
   detail::FileLengths lengths;
@@ -236,8 +250,8 @@ void SceneRun::restore() {
   lengths.frames = reader.read_count();
   std::vector<double> frame_times;
   for (std::int64_t i = 0; i < lengths.frames; ++i) frame_times.push_back(reader.read_number());
-  m_files = std::make_unique<detail::SceneFiles>(
-      m_options.folder, m_bodies, m_scene.output.vtu, lengths);
+  m_files =
+      std::make_unique<detail::SceneFiles>(m_options.folder, m_bodies, m_scene.output.vtu, lengths);
   m_files->set_frame_times(std::move(frame_times));
   for (SimulatedBody& body : m_bodies) body.restore(reader);
   m_summary.resumed_at_step = m_step;

@@ -23,13 +23,13 @@ struct SceneOptions {
 struct SceneSummary {
   RunSummary run;  ///< of all bodies and, if it was resumed, of the runs before
   double simulated_s = 0.0;
-  double wall_s = 0.0;              ///< [s]
-  double mesh_s = 0.0;              ///< of it: reading, meshing, settling [s]
-  double output_s = 0.0;            ///< of it: tables, frames, checkpoints [s]
-  double peak_memory_bytes = 0.0;   ///< of the process
-  std::string solver;               ///< a few words
-  std::string state_sha256;         ///< of all displacements and velocities at the end
-  double remainder_rel = 0.0;       ///< largest energy remainder over the largest energy met [-]
+  double wall_s = 0.0;             ///< [s]
+  double mesh_s = 0.0;             ///< of it: reading, meshing, settling [s]
+  double output_s = 0.0;           ///< of it: tables, frames, checkpoints [s]
+  double peak_memory_bytes = 0.0;  ///< of the process
+  std::string solver;              ///< a few words
+  std::string state_sha256;        ///< of all displacements and velocities at the end
+  double remainder_rel = 0.0;      ///< largest energy remainder over the largest energy met [-]
   std::int64_t resumed_at_step = 0;
   [[nodiscard]] bool usable() const { return run.usable(); }
 };

@@ -34,9 +34,9 @@ struct SceneBody {
   double dx_m = 0.0;  ///< requested [m]
   ElementKind element = ElementKind::Hex8;
   ConstitutiveModel model = ConstitutiveModel::NeoHookean;
-  std::optional<SceneMaterialFile> material_file;    ///< of all of the part
-  std::map<std::string, ElasticMaterial> materials;  ///< by the rig's names; without a file
-  bool clamped = true;                               ///< held where the rig's clamps are
+  std::optional<SceneMaterialFile> material_file;          ///< of all of the part
+  std::map<std::string, ElasticMaterial> materials;        ///< by the rig's names; without a file
+  bool clamped = true;                                     ///< held where the rig's clamps are
   Eigen::Vector3d position = Eigen::Vector3d::Zero();      ///< of the rig's origin [m]
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< world from rig
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of the centre of mass
@@ -47,12 +47,12 @@ struct SceneBody {
 /// A press or pull before t = 0, in the frame of the body's rig: exactly one of displacement and
 /// force.
 struct SceneLoad {
-  std::size_t body = 0;                           ///< index
-  Eigen::Vector3d at = Eigen::Vector3d::Zero();   ///< [m]
-  std::optional<Eigen::Vector3d> displacement;    ///< [m]
-  std::optional<Eigen::Vector3d> force;           ///< [N]
-  double release_s = 0.0;                         ///< [s]
-  std::string key;                                ///< "scene.toml:30: load.1"
+  std::size_t body = 0;                          ///< index
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
+  std::optional<Eigen::Vector3d> displacement;   ///< [m]
+  std::optional<Eigen::Vector3d> force;          ///< [N]
+  double release_s = 0.0;                        ///< [s]
+  std::string key;                               ///< "scene.toml:30: load.1"
 };
 
 /// A point whose path is written.
@@ -64,12 +64,12 @@ struct SceneProbe {
 /// A clamp that moves: how far the world has carried the held nodes since t = 0.
 struct SceneBaseMotion {
   std::size_t body = 0;
-  std::vector<double> time_s;      ///< increasing, from 0 or below [s]
-  Eigen::Matrix3Xd displacement;   ///< (3 x samples), world [m]
+  std::vector<double> time_s;     ///< increasing, from 0 or below [s]
+  Eigen::Matrix3Xd displacement;  ///< (3 x samples), world [m]
 };
 
 struct SceneOutput {
-  std::optional<double> every_s;             ///< absent: every step [s]
+  std::optional<double> every_s;  ///< absent: every step [s]
   bool vtu = false;
   std::optional<double> checkpoint_every_s;  ///< absent: none but when interrupted [s]
 };

@@ -27,7 +27,8 @@ struct HeldLoad {
 
 HexMesh mesh_of(const SceneBody& body) {
   // The cell size plays no role for a mesh file.
-  return mesh_part(body.rig, body.rig.meshing.file ? kMetresPerMillimetre : body.dx_m, body.element);
+  return mesh_part(
+      body.rig, body.rig.meshing.file ? kMetresPerMillimetre : body.dx_m, body.element);
 }
 
 }  // namespace
@@ -55,10 +56,11 @@ struct SimulatedBody::Impl {
   double pull_force_n = 0.0;
 
   double mass_kg = 0.0;
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();     // world [m/s²]
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();      // of mass, undeformed, rig frame [m]
-  Eigen::Matrix3Xd mass_arms;                            // M (X - centre), node by node [kg m]
-  Eigen::RowVectorXd node_mass;                          // row sums of M [kg]
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();         // world [m/s²]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();          // of mass, undeformed, rig frame [m]
+  Eigen::Matrix3Xd mass_arms;                                // M (X - centre), node by node [kg m]
+  Eigen::Matrix3d inverse_spread = Eigen::Matrix3d::Zero();  // of sum m (X - centre)(X - centre)ᵀ
+  Eigen::RowVectorXd node_mass;                              // row sums of M [kg]
 };
 
 SimulatedBody::Impl::Impl(const Scene& scene, const SceneBody& scene_body, const HexMesh& mesh)
@@ -76,15 +78,16 @@ SimulatedBody::Impl::Impl(const Scene& scene, const SceneBody& scene_body, const
 void SimulatedBody::Impl::measure_mass() {
   const Eigen::Index n = body.mesh().num_nodes();
   const auto weigh = [&](const Eigen::Matrix3Xd& field) -> Eigen::Matrix3Xd {
-    const Eigen::VectorXd stacked =
-        Eigen::Map<const Eigen::VectorXd>(field.data(), field.size());
+    const Eigen::VectorXd stacked = Eigen::Map<const Eigen::VectorXd>(field.data(), field.size());
     const Eigen::VectorXd product = body.mass() * stacked;
     return Eigen::Map<const Eigen::Matrix3Xd>(product.data(), 3, n);
   };
   node_mass = weigh(Eigen::Matrix3Xd::Ones(3, n)).row(0);
   mass_kg = node_mass.sum();
   centre = body.mesh().nodes * node_mass.transpose() / mass_kg;
-  mass_arms = weigh(body.mesh().nodes.colwise() - centre);
+  const Eigen::Matrix3Xd arms = body.mesh().nodes.colwise() - centre;
+  mass_arms = weigh(arms);
+  inverse_spread = (arms * mass_arms.transpose()).inverse();
 }
 
 /// A free body flies and spins as the scene says.
@@ -123,8 +126,7 @@ SimulatedBody::SimulatedBody(const Scene& scene, std::size_t index)
   IntegratorOptions options;
   options.step_s = scene.step_s;
   options.scheme = scene.scheme;
-  impl.integrator =
-      std::make_unique<Integrator>(impl.body, impl.held, options, impl.gravity_force);
+  impl.integrator = std::make_unique<Integrator>(impl.body, impl.held, options, impl.gravity_force);
   impl.force_now = Eigen::VectorXd::Zero(mesh.num_dofs());
 }
 SimulatedBody::SimulatedBody(SimulatedBody&&) noexcept = default;
@@ -157,8 +159,8 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   impl.state.u = result.u;
   if (pulled != nullptr) {
     impl.pull_force_n = result.pull_force_n;
-    pulled->force = nodal_force(
-        impl.body.mesh(), pulled->point, result.pull_force_n * load.pull.normalized());
+    pulled->force =
+        nodal_force(impl.body.mesh(), pulled->point, result.pull_force_n * load.pull.normalized());
   }
 }
 
@@ -212,8 +214,8 @@ MechanicalState SimulatedBody::mechanical_state() const {
   now.linear = impl.from.rotation * p;
   now.angular = impl.from.rotation * l + impl.from.position.cross(now.linear);
   const Eigen::Vector3d centre_at_start = impl.from.position + impl.from.rotation * impl.centre;
-  now.gravity_j = -impl.mass_kg * impl.gravity.dot(centre_at_start) -
-                  impl.gravity_force.dot(impl.state.u);
+  now.gravity_j =
+      -impl.mass_kg * impl.gravity.dot(centre_at_start) - impl.gravity_force.dot(impl.state.u);
   return now;
 }
 
@@ -229,9 +231,10 @@ BodyMotion SimulatedBody::motion() const {
   motion.centre = impl.from.position + impl.from.rotation * (impl.centre + moved);
   motion.velocity_m_s =
       impl.from.rotation * (by_node(impl.state.v) * impl.node_mass.transpose() / impl.mass_kg);
-  // sum m (x - x_c) (X - X_c)ᵀ = R times what is symmetric and positive definite, for a rigid body.
-  const Eigen::Matrix3d turned =
-      detail::orthogonal_factor((x.colwise() - (impl.centre + moved)) * impl.mass_arms.transpose());
+  // The affine map from X to x that fits best, node by node by mass.
+  const Eigen::Matrix3d mean_gradient =
+      (x.colwise() - (impl.centre + moved)) * impl.mass_arms.transpose() * impl.inverse_spread;
+  const Eigen::Matrix3d turned = detail::orthogonal_factor(mean_gradient);
   motion.rotation = Eigen::Quaterniond(Eigen::Matrix3d(impl.from.rotation * turned));
   if (motion.rotation.w() < 0.0) motion.rotation.coeffs() *= -1.0;
   return motion;

@@ -18,16 +18,18 @@ namespace twang {
 
 /// Where a body is as a whole, in the world's frame.
 struct BodyMotion {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();           ///< of mass [m]
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();     ///< of the centre of mass
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< world from rig, w >= 0
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();        ///< of mass [m]
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of the centre of mass
+  /// World from rig, w >= 0: the rotation in the affine map that fits the body best.
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
 /// A body of a scene on its way through time. Inside it moves in the frame of its rig, which stands
 /// still in the world at the body's starting pose; what it tells is in the world's frame.
 class SimulatedBody {
  public:
-  /// Keeps a reference to `scene`. Meshes the body and gives it its material; it is undeformed, with its velocity.
+  /// Keeps a reference to `scene`. Meshes the body and gives it its material; it is undeformed,
+  /// with its velocity.
   /// @throws InputError if the part cannot be meshed, or the material file's E_n belongs to another
   /// mesh
   SimulatedBody(const Scene& scene, std::size_t index);

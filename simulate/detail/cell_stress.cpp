@@ -25,8 +25,8 @@ Eigen::MatrixXd cell_stress(const ElasticBody& body,
       u_by_xi += u.segment<3>(3 * node) * by_xi.col(a).transpose();
     }
     const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + u_by_xi * x_by_xi.inverse();
-    const ElasticMaterial& material =
-        body.materials()[static_cast<std::size_t>(mesh.material_of_element[static_cast<std::size_t>(e)])];
+    const ElasticMaterial& material = body.materials()[static_cast<std::size_t>(
+        mesh.material_of_element[static_cast<std::size_t>(e)])];
     const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
     Eigen::Matrix3d sigma = piola_stress(body.model(), lame, F);
     if (body.model() != ConstitutiveModel::Linear) sigma = sigma * F.transpose() / F.determinant();
@@ -40,8 +40,8 @@ Eigen::VectorXd von_mises(const Eigen::MatrixXd& stress) {
   Eigen::VectorXd result(stress.cols());
   for (Eigen::Index e = 0; e < stress.cols(); ++e) {
     const auto s = stress.col(e);
-    const double normal = std::pow(s[0] - s[1], 2) + std::pow(s[1] - s[2], 2) +
-                          std::pow(s[2] - s[0], 2);
+    const double normal =
+        std::pow(s[0] - s[1], 2) + std::pow(s[1] - s[2], 2) + std::pow(s[2] - s[0], 2);
     const double shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
     result[e] = std::sqrt(0.5 * normal + 3.0 * shear);
   }

@@ -112,8 +112,7 @@ void read_pose(const TomlTable& table, SceneBody& body) {
   if (table.has("clamped")) body.clamped = table.flag("clamped");
   if (body.clamped && body.rig.clamps.empty())
     table.complain("", "is clamped but its rig has no clamp, must have clamped = false");
-  if (table.has("position_mm"))
-    body.position = table.vector("position_mm") * kMetresPerMillimetre;
+  if (table.has("position_mm")) body.position = table.vector("position_mm") * kMetresPerMillimetre;
   if (table.has("rotation_deg")) body.rotation = rotation_from(table.vector("rotation_deg"));
   for (const std::string key : {"velocity_m_s", "spin_rad_s"}) {
     if (!table.has(key)) continue;
@@ -164,8 +163,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder)
 
 }  // namespace
 
-std::vector<SceneBody> read_bodies(const TomlTable& document,
-                                   const std::filesystem::path& folder) {
+std::vector<SceneBody> read_bodies(const TomlTable& document, const std::filesystem::path& folder) {
   std::vector<SceneBody> bodies;
   std::set<std::string> names;
   for (const TomlTable& table : document.tables("body")) {
@@ -173,8 +171,7 @@ std::vector<SceneBody> read_bodies(const TomlTable& document,
     if (!names.insert(bodies.back().name).second)
       table.refuse("name", "a name that no other body has");
   }
-  if (bodies.empty())
-    document.complain("", "[[body]] is missing, must be there to say what moves");
+  if (bodies.empty()) document.complain("", "[[body]] is missing, must be there to say what moves");
   return bodies;
 }
 

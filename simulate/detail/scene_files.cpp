@@ -70,12 +70,10 @@ SceneFiles::SceneFiles(const std::filesystem::path& folder,
                        std::optional<FileLengths> continue_at)
     : m_folder(folder),
       m_vtu(vtu),
-      m_motion(folder / "motion.csv",
-               motion_header(bodies),
-               part_of(continue_at, &FileLengths::motion)),
-      m_probes(folder / "probes.csv",
-               probes_header(bodies),
-               part_of(continue_at, &FileLengths::probes)),
+      m_motion(
+          folder / "motion.csv", motion_header(bodies), part_of(continue_at, &FileLengths::motion)),
+      m_probes(
+          folder / "probes.csv", probes_header(bodies), part_of(continue_at, &FileLengths::probes)),
       m_energy(folder / "energy.csv", kEnergyHeader, part_of(continue_at, &FileLengths::energy)) {
   for (const SimulatedBody& body : bodies) m_names.push_back(body.name());
   if (!vtu) return;

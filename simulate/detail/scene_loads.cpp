@@ -60,12 +60,10 @@ Eigen::VectorXd column_of(const TomlTable& table,
   if (channel == nullptr) {
     std::vector<std::string> names;
     for (const Channel& other : trace.channels) names.push_back(other.name);
-    table.refuse(key,
-                 fmt::format("a column of {} (nearest: {})", file, nearest_word(name, names)));
+    table.refuse(key, fmt::format("a column of {} (nearest: {})", file, nearest_word(name, names)));
   }
-  Eigen::VectorXd values =
-      Eigen::Map<const Eigen::VectorXd>(channel->values.data(),
-                                        static_cast<Eigen::Index>(channel->values.size()));
+  Eigen::VectorXd values = Eigen::Map<const Eigen::VectorXd>(
+      channel->values.data(), static_cast<Eigen::Index>(channel->values.size()));
   if (!values.allFinite()) table.refuse(key, "a column without gaps, a clamp is somewhere always");
   return (values.array() - values[0]).matrix() * kMetresPerMillimetre;
 }

@@ -18,10 +18,9 @@ constexpr double kSameCellSize = 1e-6;  // relative: a cell size is typed with f
 void check_mesh(const SceneMaterialFile& file, const HexMesh& mesh) {
   const Material& material = file.material;
   const double dx_mm = mesh.requested_dx_m * kMillimetresPerMetre;
-  const bool same =
-      material.numerical_element == to_string(mesh.kind) &&
-      std::abs(material.numerical_dx_mm - dx_mm) <= kSameCellSize * dx_mm &&
-      material.numerical_elements == mesh.num_elements();
+  const bool same = material.numerical_element == to_string(mesh.kind) &&
+                    std::abs(material.numerical_dx_mm - dx_mm) <= kSameCellSize * dx_mm &&
+                    material.numerical_elements == mesh.num_elements();
   if (same) return;
   throw InputError(fmt::format(
       "{} is {}, whose numerical modulus belongs to a mesh of {} {} elements of {} mm, must be of "
