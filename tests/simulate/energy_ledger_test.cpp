@@ -28,11 +28,8 @@ struct Account {
   double damping = 0.0;
 };
 
-Account account_of(const ElasticBody& body,
-                   Scheme scheme,
-                   double step_s,
-                   double duration_s,
-                   bool shaken) {
+Account account_of(
+    const ElasticBody& body, Scheme scheme, double step_s, double duration_s, bool shaken) {
   const std::vector<int> held = nodes_at(body.mesh(), 0, 0.0);
   IntegratorOptions options;
   options.step_s = step_s;
@@ -49,8 +46,7 @@ Account account_of(const ElasticBody& body,
   for (int i = 0; i <= steps; ++i) {
     if (i > 0) {
       if (shaken)
-        integrator.set_base_velocity(
-            Eigen::Vector3d(0.0, 0.2, 0.5) * std::sin(300.0 * i * step_s));
+        integrator.set_base_velocity(Eigen::Vector3d(0.0, 0.2, 0.5) * std::sin(300.0 * i * step_s));
       const StepReport report = integrator.step(state);
       EXPECT_EQ(report.termination, Termination::Converged) << report.message;
       ledger.add({report.work.load_j + report.work.base_j, report.work.damping_j});
@@ -64,7 +60,8 @@ Account account_of(const ElasticBody& body,
     largest = std::max(largest, now.total_j());
     remainder = std::max(remainder, std::abs(ledger.remainder_j(now)));
   }
-  return {remainder / largest, ledger.work().external_j / largest, ledger.work().damping_j / largest};
+  return {
+      remainder / largest, ledger.work().external_j / largest, ledger.work().damping_j / largest};
 }
 
 TEST(EnergyLedger, ClosesForALinearBody) {
@@ -80,8 +77,7 @@ TEST(EnergyLedger, ClosesForALinearBody) {
 }
 
 TEST(EnergyLedger, RemainderOfANeoHookeanBodyIsOfOrderTwo) {
-  const ElasticBody body =
-      block(rubber(2e-4, 3.0), ConstitutiveModel::NeoHookean, {3, 1, 1});
+  const ElasticBody body = block(rubber(2e-4, 3.0), ConstitutiveModel::NeoHookean, {3, 1, 1});
   std::vector<double> steps;
   std::vector<double> remainders;
   for (const double h : {4e-5, 2e-5, 1e-5}) {

@@ -73,10 +73,8 @@ INSTANTIATE_TEST_SUITE_P(Schemes,
                          });
 
 TEST(Scheme, NamesReadBack) {
-  for (const Scheme scheme : {Scheme::Newmark,
-                              Scheme::ImplicitEuler,
-                              Scheme::Bdf2,
-                              Scheme::LinearlyImplicitNewmark})
+  for (const Scheme scheme :
+       {Scheme::Newmark, Scheme::ImplicitEuler, Scheme::Bdf2, Scheme::LinearlyImplicitNewmark})
     EXPECT_EQ(scheme_from(to_string(scheme)), scheme);
   EXPECT_THROW(static_cast<void>(scheme_from("newmrk")), InputError);
 }
@@ -84,10 +82,8 @@ TEST(Scheme, NamesReadBack) {
 TEST(Scheme, AllAreExactAboutARigidFlight) {
   // Constant velocity, no force: every scheme carries it on without an error.
   const ElasticBody body = block(rubber(1e-4));
-  for (const Scheme scheme : {Scheme::Newmark,
-                              Scheme::ImplicitEuler,
-                              Scheme::Bdf2,
-                              Scheme::LinearlyImplicitNewmark}) {
+  for (const Scheme scheme :
+       {Scheme::Newmark, Scheme::ImplicitEuler, Scheme::Bdf2, Scheme::LinearlyImplicitNewmark}) {
     BodyState state = moving(body.mesh(), 0.0);
     for (int i = 0; i < body.mesh().num_nodes(); ++i)
       state.v.segment<3>(3 * i) = Eigen::Vector3d(1.0, -2.0, 3.0);
