@@ -18,5 +18,6 @@ void add_render_command(CLI::App& cli);
 void add_check_command(CLI::App& cli);
 void add_markers_command(CLI::App& cli);
 void add_simulate_command(CLI::App& cli);
+void add_validate_command(CLI::App& cli);
 
 }  // namespace twang::app

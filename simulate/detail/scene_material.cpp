@@ -2,37 +2,21 @@
 #include "simulate/detail/scene_material.hpp"
 
 #include "core/error.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
+#include "simulate/numerical_modulus.hpp"
 
 #include <fmt/format.h>
-
-#include <cmath>
 
 namespace twang::detail {
 namespace {
 
-constexpr double kSameCellSize = 1e-6;  // relative: a cell size is typed with few digits [-]
-
 /// E_n makes one mesh move as the real part does, and no other.
 void check_mesh(const SceneMaterialFile& file, const HexMesh& mesh) {
-  const Material& material = file.material;
-  const double dx_mm = mesh.requested_dx_m * kMillimetresPerMetre;
-  const bool same = material.numerical_element == to_string(mesh.kind) &&
-                    std::abs(material.numerical_dx_mm - dx_mm) <= kSameCellSize * dx_mm &&
-                    material.numerical_elements == mesh.num_elements();
-  if (same) return;
-  throw InputError(fmt::format(
-      "{} is {}, whose numerical modulus belongs to a mesh of {} {} elements of {} mm, must be of "
-      "this body's, {} {} elements of {} mm (or modulus = \"identified\")",
-      file.key,
-      file.path.string(),
-      material.numerical_elements,
-      material.numerical_element,
-      rounded_text(material.numerical_dx_mm, 6),
-      mesh.num_elements(),
-      to_string(mesh.kind),
-      rounded_text(dx_mm, 6)));
+  const std::string fault = numerical_modulus_fault(file.material, mesh);
+  if (fault.empty()) return;
+  throw InputError(fmt::format("{} is {}, whose numerical modulus {} (or modulus = \"identified\")",
+                               file.key,
+                               file.path.string(),
+                               fault));
 }
 
 ElasticMaterial material_from_file(const SceneMaterialFile& file, const HexMesh& mesh) {
