@@ -62,7 +62,8 @@ struct Integrator::Impl {
         held_nodes(std::move(held)),
         options(the_options),
         external_force(std::move(force)),
-        newton(body, held_nodes, {options.tolerance, options.max_newton_iterations}) {
+        newton(
+            body, held_nodes, {options.tolerance, options.max_newton_iterations, options.solver}) {
     complete_load();
   }
 
@@ -239,6 +240,8 @@ StepReport Integrator::step(BodyState& state) {
   impl.base_velocity = base_before;
   return report;
 }
+
+std::string Integrator::solver() const { return m_impl->newton.solver(); }
 
 void Integrator::save(detail::StateWriter& writer) const {
   const Impl& impl = *m_impl;

@@ -44,8 +44,9 @@ struct IntegratorOptions {
       1e-8;  ///< of the residual force, relative to the inertia and elastic forces met [-]
   int max_newton_iterations = 30;
   Scheme scheme = Scheme::Newmark;
-  int max_halvings = 6;  ///< of a step that does not converge
-  void check() const;    ///< throws InputError naming field, value, allowed range
+  int max_halvings = 6;                ///< of a step that does not converge
+  StiffnessSolverOptions solver = {};  ///< of the preconditioner: which kind, up to which size
+  void check() const;                  ///< throws InputError naming field, value, allowed range
 };
 
 /// Steps a damped elastic body through time, Newton with a line search; keeps its factor between
@@ -79,6 +80,9 @@ class Integrator {
   /// @throws InputError if its sizes disagree with the body or a held node does not move as the
   /// base
   StepReport step(BodyState& state);
+
+  /// How linear equations are solved, in a few words.
+  [[nodiscard]] std::string solver() const;
 
   /// What is carried from step to step beside the state, so that another integrator of the same
   /// body and options goes on bit by bit as this one would.

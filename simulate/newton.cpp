@@ -64,7 +64,7 @@ StepWork& StepWork::operator+=(const StepWork& other) {
 
 struct StepNewton::Impl {
   Impl(const ElasticBody& body, const std::vector<int>& held_nodes, NewtonOptions newton_options)
-      : damped(body, held_nodes), factor(damped), options(newton_options) {}
+      : damped(body, held_nodes), factor(damped, newton_options.solver), options(newton_options) {}
 
   /// A trial increment with all that follows from it.
   struct Trial {
@@ -358,6 +358,8 @@ StepSolution StepNewton::solve_linearized(const StepEquation& equation,
   solution.resisting_force = std::move(trial.resisting);
   return solution;
 }
+
+std::string StepNewton::solver() const { return m_impl->factor.description(); }
 
 void StepNewton::save(detail::StateWriter& writer) const {
   writer.write(m_impl->force_scale);

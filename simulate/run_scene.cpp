@@ -267,7 +267,12 @@ SceneSummary SceneRun::complete_summary() {
   summary.wall_s = m_wall_before_s + seconds_since(m_begin);
   summary.run.wall_s = summary.wall_s;
   summary.peak_memory_bytes = peak_memory_bytes();
-  summary.solver = "MINRES with a stale sparse Cholesky factor, turned node by node";
+  for (const SimulatedBody& body : m_bodies) {
+    const std::string solver = body.solver();
+    if (summary.solver.find(solver) != std::string::npos) continue;
+    if (!summary.solver.empty()) summary.solver += "; ";
+    summary.solver += solver;
+  }
   detail::StateWriter state;
   for (const SimulatedBody& body : m_bodies) {
     state.write(body.state().u);

@@ -3,11 +3,13 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "fem/multigrid_preconditioner.hpp"
 #include "fem/static_solve.hpp"
 #include "simulate/base_motion.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
 #include "simulate/detail/scene_material.hpp"
 #include "simulate/detail/state_stream.hpp"
+#include "simulate/static_newton.hpp"
 
 #include <fmt/format.h>
 
@@ -150,7 +152,10 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   }
   StaticOptions options;
   options.progress = progress;
-  const StaticResult result = solve_static(impl.body, impl.held, load, options);
+  const FreeDofs free(impl.body.mesh().num_nodes(), impl.held);
+  const StaticResult result = prefers_multigrid(impl.body, free)
+                                  ? solve_static_matrix_free(impl.body, impl.held, load, options)
+                                  : solve_static(impl.body, impl.held, load, options);
   if (!result.usable())
     throw NumericalFailure(fmt::format("{}: the body \"{}\" cannot be loaded: {}",
                                        impl.loads.front().load.key,
@@ -259,6 +264,8 @@ Eigen::VectorXd SimulatedBody::in_world(const Eigen::VectorXd& field) const {
     turned.segment<3>(i) = m_impl->from.rotation * field.segment<3>(i);
   return turned;
 }
+
+std::string SimulatedBody::solver() const { return m_impl->integrator->solver(); }
 
 void SimulatedBody::save(detail::StateWriter& writer) const {
   const Impl& impl = *m_impl;

@@ -61,6 +61,8 @@ class SimulatedBody {
   [[nodiscard]] const Eigen::Matrix3d& rotation() const;
   /// A nodal vector field (3 num_nodes), turned into the world's frame.
   [[nodiscard]] Eigen::VectorXd in_world(const Eigen::VectorXd& field) const;
+  /// How its linear equations are solved, in a few words.
+  [[nodiscard]] std::string solver() const;
   /// Force that holds the pulled point before it is let go, 0 without one [N].
   [[nodiscard]] double pull_force_n() const;
 

@@ -96,7 +96,9 @@ Eigen::VectorXd DampedBody::resisting_force(const Eigen::VectorXd& u,
 
 Eigen::VectorXd DampedBody::step_product(const Linearization& at, const Eigen::VectorXd& w) const {
   Eigen::VectorXd product = (at.mu_per_s2 + at.gamma_per_s * m_a) * mass_product(w);
-  if (at.differences) {
+  if (at.gamma_per_s == 0.0) {
+    product += m_body.stiffness_product(at.u, w);
+  } else if (at.differences) {
     product += m_body.stiffness_product(at.u, w);
     product += at.gamma_per_s * m_body.stiffness_damping_force(at.u, w);
     const Eigen::VectorXd ahead = (kDifference / at.gamma_per_s) * at.v;
@@ -117,7 +119,9 @@ Eigen::VectorXd DampedBody::step_product(const Linearization& at, const Eigen::V
 SparseMatrix DampedBody::step_matrix(const Linearization& at) const {
   const double ahead = at.differences ? 0.0 : 1.0;
   SparseMatrix H;
-  if (m_one_b) {
+  if (at.gamma_per_s == 0.0) {
+    H = m_body.stiffness(at.u);
+  } else if (m_one_b) {
     const double weight = 1.0 + at.gamma_per_s * m_b;
     H = m_body.stiffness(at.u + (ahead * m_b / weight) * at.v);
     H *= weight;
