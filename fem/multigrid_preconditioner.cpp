@@ -2,20 +2,19 @@
 #include "fem/multigrid_preconditioner.hpp"
 
 #include "core/error.hpp"
-#include "fem/detail/multigrid.hpp"
+#include "fem/detail/grid_problem.hpp"
 #include "fem/detail/thread_limits.hpp"
-#include "fem/detail/voxel_body.hpp"
 
 #include <fmt/format.h>
 
-#include <map>
+#include <random>
 #include <string>
 
 namespace twang {
 namespace {
 
 const ElasticBody& checked(const ElasticBody& body) {
-  const std::string fault = voxel_fault(body.mesh());
+  const std::string fault = grid_fault(body.mesh());
   if (!fault.empty()) throw InputError(fmt::format("multigrid does not fit the mesh: {}", fault));
   return body;
 }
@@ -24,9 +23,8 @@ const ElasticBody& checked(const ElasticBody& body) {
 
 struct MultigridPreconditioner::Impl {
   Impl(const ElasticBody& body, const FreeDofs& free, int max_coarse_dofs)
-      : voxels(checked(body), free), cycles(voxels, max_coarse_dofs) {}
-  VoxelBody voxels;
-  Multigrid cycles;
+      : problem(make_grid_problem(checked(body), free, max_coarse_dofs)) {}
+  std::unique_ptr<GridProblem> problem;
 };
 
 MultigridPreconditioner::MultigridPreconditioner(const ElasticBody& body,
@@ -36,30 +34,33 @@ MultigridPreconditioner::MultigridPreconditioner(const ElasticBody& body,
 MultigridPreconditioner::~MultigridPreconditioner() = default;
 
 SolveStatus MultigridPreconditioner::prepare(const StiffnessCombination& of) {
-  return m_impl->cycles.prepare(of);
+  const PoliteThreads threads;
+  return m_impl->problem->prepare(of);
 }
 
 Eigen::VectorXd MultigridPreconditioner::apply(const Eigen::VectorXd& r) const {
   const PoliteThreads threads;
-  return m_impl->voxels.to_free(m_impl->cycles.cycle(m_impl->voxels.from_free(r)));
+  GridProblem& problem = *m_impl->problem;
+  return problem.to_free(problem.cycle(problem.from_free(r)));
 }
 
-Eigen::VectorXd MultigridPreconditioner::diagonal(const StiffnessCombination& of) const {
-  const VoxelBody& voxels = m_impl->voxels;
-  const auto nodes = voxels.grid().nodes_of_cells();
-  std::map<int, Eigen::VectorXd> of_type;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(voxels.size());
-  for (int cell = 0; cell < voxels.grid().num_cells(); ++cell) {
-    const int type = voxels.type_of_cell(cell);
-    auto found = of_type.find(type);
-    if (found == of_type.end())
-      found = of_type.emplace(type, voxels.cell_matrix(of, type).diagonal()).first;
-    for (int component = 0; component < 3; ++component)
-      for (int corner = 0; corner < 8; ++corner)
-        sum[component * voxels.num_nodes() + nodes(corner, cell)] +=
-            found->second[8 * component + corner];
+/// The mean of s A s over vectors s of random signs [Hutchinson 1990], entry by entry.
+Eigen::VectorXd MultigridPreconditioner::estimate_diagonal(const StiffnessCombination& of) const {
+  constexpr int kProbes = 8;
+  const GridProblem& problem = *m_impl->problem;
+  const LinearMap A = problem.matrix(of, {});
+  const Eigen::Index n = problem.size();
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);
+  std::mt19937 random(1);
+  for (int probe = 0; probe < kProbes; ++probe) {
+    Eigen::VectorXd signs(n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      signs[i] = problem.held()[static_cast<std::size_t>(i)] != 0 ? 0.0
+                 : (random() & 1U) != 0                           ? 1.0
+                                                                  : -1.0;
+    sum += signs.cwiseProduct(A(signs));
   }
-  return voxels.to_free(sum);
+  return problem.to_free((sum / kProbes).cwiseAbs());
 }
 
 bool prefers_multigrid(const ElasticBody& body,
@@ -75,7 +76,7 @@ bool prefers_multigrid(const ElasticBody& body,
       break;
   }
   return estimate_factor_bytes(free.size()) > options.max_factor_bytes &&
-         voxel_fault(body.mesh()).empty();
+         grid_fault(body.mesh()).empty();
 }
 
 }  // namespace twang

@@ -28,8 +28,9 @@ class MultigridPreconditioner {
   [[nodiscard]] SolveStatus prepare(const StiffnessCombination& of);
   /// Nearly A⁻¹ r, free degrees of freedom. Not to be called by two threads at once.
   [[nodiscard]] Eigen::VectorXd apply(const Eigen::VectorXd& r) const;
-  /// Of a combination's matrix, undeformed, free degrees of freedom, weights left out.
-  [[nodiscard]] Eigen::VectorXd diagonal(const StiffnessCombination& of) const;
+  /// Diagonal of a combination's matrix, undeformed, free degrees of freedom; each entry to some
+  /// tenths, the norm to one.
+  [[nodiscard]] Eigen::VectorXd estimate_diagonal(const StiffnessCombination& of) const;
 
  private:
   struct Impl;

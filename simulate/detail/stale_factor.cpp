@@ -28,8 +28,8 @@ StaleFactor::StaleFactor(const DampedBody& body, const StiffnessSolverOptions& o
 SolveStatus StaleFactor::prepare_cycles(const DampedBody::Linearization& at) {
   const StiffnessCombination stiffness = {1.0, at.gamma_per_s, 0.0};
   const StiffnessCombination all = {1.0, at.gamma_per_s, m_body.inertia_weight(at)};
-  m_diagonal = m_cycles->diagonal(all);
-  m_stiffness_diagonal = m_cycles->diagonal(stiffness);
+  m_diagonal = m_cycles->estimate_diagonal(all);
+  m_stiffness_diagonal = m_cycles->estimate_diagonal(stiffness);
   m_rotations_then.assign(static_cast<std::size_t>(m_body.body().mesh().num_nodes()),
                           Eigen::Matrix3d::Identity());
   m_made_at = at;
