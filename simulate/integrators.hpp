@@ -44,9 +44,11 @@ struct IntegratorOptions {
       1e-8;  ///< of the residual force, relative to the inertia and elastic forces met [-]
   int max_newton_iterations = 30;
   Scheme scheme = Scheme::Newmark;
-  int max_halvings = 6;                ///< of a step that does not converge
-  StiffnessSolverOptions solver = {};  ///< of the preconditioner: which kind, up to which size
-  void check() const;                  ///< throws InputError naming field, value, allowed range
+  int max_halvings = 6;  ///< of a step that does not converge
+  /// Of the preconditioner: which kind, up to which size. Multigrid cycles are the cheaper ones
+  /// from some 40,000 unknowns on, long before a factor is too large.
+  StiffnessSolverOptions solver = {.max_factor_bytes = 1.5e8};
+  void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
 /// Steps a damped elastic body through time, Newton with a line search; keeps its factor between

@@ -153,7 +153,7 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   StaticOptions options;
   options.progress = progress;
   const FreeDofs free(impl.body.mesh().num_nodes(), impl.held);
-  const StaticResult result = prefers_multigrid(impl.body, free)
+  const StaticResult result = prefers_multigrid(impl.body, free, impl.integrator->options().solver)
                                   ? solve_static_matrix_free(impl.body, impl.held, load, options)
                                   : solve_static(impl.body, impl.held, load, options);
   if (!result.usable())
