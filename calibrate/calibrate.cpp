@@ -231,9 +231,7 @@ Calibration calibrate_repeats(const Rig& rig,
       calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
   warn_about_aliases(calibration, unknown, calibration.warnings);
 
-  const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
-  calibration.sensitivities =
-      modulus_sensitivities(rig, calibration.ladder.reference[accurate].mesh.requested_dx_m);
+  calibration.sensitivities = modulus_sensitivities(rig, calibration.ladder.sensitivity_dx_m());
   calibration.material = detail::material_of(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();

@@ -153,9 +153,11 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   StaticOptions options;
   options.progress = progress;
   const FreeDofs free(impl.body.mesh().num_nodes(), impl.held);
-  const StaticResult result = prefers_multigrid(impl.body, free, impl.integrator->options().solver)
-                                  ? solve_static_matrix_free(impl.body, impl.held, load, options)
-                                  : solve_static(impl.body, impl.held, load, options);
+  const StiffnessSolverOptions& solver = impl.integrator->options().solver;
+  const StaticResult result =
+      prefers_multigrid(impl.body, free, solver)
+          ? solve_static_matrix_free(impl.body, impl.held, load, options, solver)
+          : solve_static(impl.body, impl.held, load, options);
   if (!result.usable())
     throw NumericalFailure(fmt::format("{}: the body \"{}\" cannot be loaded: {}",
                                        impl.loads.front().load.key,

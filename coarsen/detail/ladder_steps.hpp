@@ -6,9 +6,9 @@
 
 namespace twang {
 
-/// Cell size at which the reference ladder starts: `start_dx_m`, else the smallest edge of the
-/// rig's solids, halved until every solid and clamp is caught and doubled while the mesh is too
-/// large.
+/// Cell size at which the reference ladder starts: `start_dx_m`, else the thinnest wall of the
+/// rig's solids, halved until every solid and clamp is caught; halved until borders of materials
+/// fall on cell faces, if they do; doubled while the mesh is too large.
 /// @throws InputError if no such size exists
 [[nodiscard]] double starting_dx(const Rig& rig,
                                  const LadderOptions& options,
@@ -19,6 +19,13 @@ void refine_reference(const Rig& rig,
                       double start_dx_m,
                       const LadderOptions& options,
                       MeshLadder& ladder);
+
+/// The same from a mesh as it is, whose elements are cut into eight from rung to rung.
+/// @param rig  with solids in place of the mesh file
+void refine_file_reference(const Rig& rig,
+                           HexMesh mesh,
+                           const LadderOptions& options,
+                           MeshLadder& ladder);
 
 /// Fills `candidates`, `coarse`, `choice` and notes of `ladder`, whose reference stands.
 void choose_mesh(const Rig& rig,
