@@ -17,5 +17,7 @@ void add_table_command(CLI::App& cli);
 void add_render_command(CLI::App& cli);
 void add_check_command(CLI::App& cli);
 void add_markers_command(CLI::App& cli);
+void add_simulate_command(CLI::App& cli);
+void add_validate_command(CLI::App& cli);
 
 }  // namespace twang::app

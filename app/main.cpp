@@ -47,6 +47,8 @@ int run_command_line(int argc, char** argv) {
   twang::app::add_render_command(cli);
   twang::app::add_check_command(cli);
   twang::app::add_markers_command(cli);
+  twang::app::add_simulate_command(cli);
+  twang::app::add_validate_command(cli);
   refuse_unknown_command(cli, argc, argv);
   try {
     cli.parse(argc, argv);

@@ -8,6 +8,7 @@
 #include "rigs/load_rig.hpp"
 #include "simulate/energy.hpp"
 #include "simulate/integrators.hpp"
+#include "simulate/static_newton.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -30,6 +31,7 @@ struct Settings {
   double step_s = 1e-4;
   double b_s = 1.6e-4;
   int steps = 200;
+  bool multigrid = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -91,7 +93,11 @@ int bench(const Settings& settings) {
   load.pulled_point = locate(body.mesh(), Eigen::Vector3d(9.0, 12.0, 27.0) * kMetresPerMillimetre);
   load.pull = Eigen::Vector3d(0.0, 0.0, -settings.pull_mm * kMetresPerMillimetre);
   const auto start = std::chrono::steady_clock::now();
-  const StaticResult pulled = solve_static(body, held, load);
+  StiffnessSolverOptions solver;
+  if (settings.multigrid) solver.kind = StiffnessSolverKind::Multigrid;
+  const StaticResult pulled = settings.multigrid
+                                  ? solve_static_matrix_free(body, held, load, {}, solver)
+                                  : solve_static(body, held, load);
   fmt::print("pull of {} mm: {:.3f} s, {} Newton iterations, {} load steps, {:.4g} N: {}\n",
              settings.pull_mm,
              seconds_since(start),
@@ -102,15 +108,16 @@ int bench(const Settings& settings) {
   if (!pulled.usable()) return 1;
 
   BodyState state{pulled.u, Eigen::VectorXd::Zero(pulled.u.size()), 0.0};
-  time_parts(body, state, held);
+  if (!settings.multigrid) time_parts(body, state, held);
   NewmarkOptions options;
   options.step_s = settings.step_s;
+  options.solver = solver;
   NewmarkIntegrator integrator(body, held, options);
   const double energy = measure_energy(body, state).total_j();
   const std::clock_t cpu = std::clock();
   const RunSummary summary =
       run(integrator, state, settings.step_s, settings.step_s * settings.steps, {});
-  fmt::print("{}\n", summary.message);
+  fmt::print("{}; {}\n", summary.message, integrator.solver());
   const double steps = std::max(summary.steps, 1);
   fmt::print(
       "h {} s: {:.4f} s a step ({:.4f} s of processor); a step takes {:.2f} Newton and {:.2f} "
@@ -138,6 +145,7 @@ int main(int argc, char** argv) {
   app.add_option("--pull-mm", settings.pull_mm, "deflection before the release [mm]");
   app.add_option("--step-s", settings.step_s, "time step [s]");
   app.add_option("--b-s", settings.b_s, "stiffness damping [s]");
+  app.add_flag("--multigrid", settings.multigrid, "in place of a factor");
   app.add_option("--steps", settings.steps, "number of steps");
   CLI11_PARSE(app, argc, argv);
   return bench(settings);

@@ -139,12 +139,16 @@ void measure_simulated(Validation& validation, const DampedSinusoid& tracked) {
   options.end_s = trace.time_s.back();
   const InversionResult result = invert_harmonics(trace, {"simulated"}, options);
   if (!result.usable()) return;
-  const auto nearest = std::min_element(result.modes.begin(),
-                                        result.modes.end(),
-                                        [&](const DampedSinusoid& a, const DampedSinusoid& b) {
-                                          return std::abs(a.frequency_hz - tracked.frequency_hz) <
-                                                 std::abs(b.frequency_hz - tracked.frequency_hz);
-                                        });
+  // What is far weaker than the strongest is a trace of the fit's, wherever its frequency lies.
+  constexpr double kWeakest = 0.1;
+  const double strongest = result.modes.front().channels.front().amplitude;
+  const DampedSinusoid* nearest = &result.modes.front();
+  for (const DampedSinusoid& mode : result.modes) {
+    if (mode.channels.front().amplitude < kWeakest * strongest) continue;
+    if (std::abs(mode.frequency_hz - tracked.frequency_hz) <
+        std::abs(nearest->frequency_hz - tracked.frequency_hz))
+      nearest = &mode;
+  }
   validation.simulated_frequency_hz = nearest->frequency_hz;
   validation.simulated_decay_per_s = nearest->decay_per_s;
   validation.figures.frequency_error_rel = nearest->frequency_hz / tracked.frequency_hz - 1.0;

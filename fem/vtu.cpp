@@ -67,7 +67,9 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string cell_arrays(const HexMesh& mesh, AppendedData& data) {
+std::string cell_data(const HexMesh& mesh,
+                      const std::vector<CellArray>& arrays,
+                      AppendedData& data) {
   const auto num_elements = static_cast<std::size_t>(mesh.num_elements());
   const Eigen::MatrixXi& elements = mesh.elements;
   const std::vector<std::int64_t> connectivity(elements.data(), elements.data() + elements.size());
@@ -85,6 +87,17 @@ std::string cell_arrays(const HexMesh& mesh, AppendedData& data) {
   const std::vector<std::int32_t> material(mesh.material_of_element.begin(),
                                            mesh.material_of_element.end());
   xml += data_array("Int32", "material", 1, data.add(std::span(material)));
+  for (const CellArray& array : arrays) {
+    if (array.values.size() != static_cast<Eigen::Index>(array.components) * mesh.num_elements()) {
+      throw InputError(fmt::format("the cell array \"{}\" has {} values, must have {} a cell",
+                                   array.name,
+                                   array.values.size(),
+                                   array.components));
+    }
+    const std::span<const double> values(array.values.data(),
+                                         static_cast<std::size_t>(array.values.size()));
+    xml += data_array("Float64", escaped(array.name), array.components, data.add(values));
+  }
   return xml + "      </CellData>\n";
 }
 
@@ -92,7 +105,8 @@ std::string cell_arrays(const HexMesh& mesh, AppendedData& data) {
 
 void write_vtu(const std::filesystem::path& path,
                const HexMesh& mesh,
-               const std::vector<std::pair<std::string, Eigen::VectorXd>>& point_vectors) {
+               const std::vector<std::pair<std::string, Eigen::VectorXd>>& point_vectors,
+               const std::vector<CellArray>& cell_arrays) {
   static_assert(std::endian::native == std::endian::little);
   AppendedData data;
   std::string xml = fmt::format(
@@ -108,7 +122,7 @@ void write_vtu(const std::filesystem::path& path,
     return std::span<const double>(matrix.data(), static_cast<std::size_t>(matrix.size()));
   };
   xml += data_array("Float64", "position_m", 3, data.add(values(mesh.nodes)));
-  xml += "      </Points>\n" + cell_arrays(mesh, data) + "      <PointData>\n";
+  xml += "      </Points>\n" + cell_data(mesh, cell_arrays, data) + "      <PointData>\n";
   for (const auto& [name, field] : point_vectors) {
     if (field.size() != mesh.num_dofs()) {
       throw InputError(fmt::format("{}: the field \"{}\" has {} values, must have {}",

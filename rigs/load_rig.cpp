@@ -12,8 +12,6 @@
 namespace twang {
 namespace {
 
-using detail::TomlTable;
-
 constexpr const char* kFormat = "twang-rig/1";
 
 std::optional<Release> read_release(const TomlTable& document) {
@@ -85,23 +83,13 @@ void check_needs(const TomlTable& document, const Rig& rig, const RigNeeds& need
   need(needs.observable, rig.observable.has_value(), "[observable]", "to say what is measured");
 }
 
-toml::table parse_document(const std::string& content, const std::string& file) {
-  if (content.find_first_not_of(" \t\r\n") == std::string::npos) {
-    throw InputError(fmt::format("{}: is empty, must be a rig file ({})", file, kFormat));
-  }
-  if (content.find('\0') != std::string::npos) {
-    throw InputError(fmt::format("{}: is a binary file, must be a rig file ({})", file, kFormat));
-  }
-  return detail::parse_toml(content, file);
-}
-
 }  // namespace
 
 Rig parse_rig(const std::string& content,
               const std::filesystem::path& file,
               const RigNeeds& needs) {
-  const toml::table parsed = parse_document(content, file.string());
-  const TomlTable document(parsed, file.string(), "");
+  const TomlDocument parsed(content, file.string(), fmt::format("a rig file ({})", kFormat));
+  const TomlTable document = parsed.root();
   if (document.has("format") && document.text("format") != kFormat) {
     document.refuse("format", fmt::format("\"{}\"", kFormat));
   }

@@ -3,20 +3,21 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "simulate/detail/damped_body.hpp"
+#include "simulate/detail/state_stream.hpp"
+#include "simulate/detail/step_schemes.hpp"
 
 #include <fmt/format.h>
 
-#include <chrono>
+#include <array>
 #include <cmath>
-#include <deque>
 #include <utility>
 
 namespace twang {
 namespace {
 
-constexpr std::size_t kIncrementsKept = 5;
-constexpr std::size_t kLargestOrder = 3;  // higher ones amplify what alternates
-constexpr double kWholeSteps = 1e-9;      // slack of duration / step, round-off of a quotient [-]
+constexpr std::array<std::string_view, 4> kSchemeNames = {
+    "newmark", "implicit_euler", "bdf2", "linearly_implicit_newmark"};
 
 void check_load(const ElasticBody& body, const Eigen::VectorXd& force) {
   if (force.size() != 0 && (force.size() != body.mesh().num_dofs() || !force.allFinite()))
@@ -26,27 +27,20 @@ void check_load(const ElasticBody& body, const Eigen::VectorXd& force) {
                     body.mesh().num_dofs()));
 }
 
-/// The next increment if the last ones were a polynomial in time of degree below `order`, and, if
-/// `alternating`, another that changes sign with each step: what the trapezoidal rule makes of very
-/// stiff motion.
-Eigen::VectorXd extrapolate(const std::deque<Eigen::VectorXd>& increments,
-                            std::size_t order,
-                            bool alternating) {
-  // Coefficients of (1 - x)^order (1 + x), x the shift to the step before.
-  std::vector<double> annihilator = {1.0};
-  for (std::size_t factor = 0; factor < order + (alternating ? 1 : 0); ++factor) {
-    annihilator.push_back(0.0);
-    for (std::size_t i = annihilator.size() - 1; i > 0; --i)
-      annihilator[i] += (factor < order ? -1.0 : 1.0) * annihilator[i - 1];
-  }
-  Eigen::VectorXd next = Eigen::VectorXd::Zero(increments.front().size());
-  for (std::size_t i = 1; i < annihilator.size(); ++i) next -= annihilator[i] * increments[i - 1];
-  return next;
-}
-
 }  // namespace
 
-void NewmarkOptions::check() const {
+std::string_view to_string(Scheme scheme) { return kSchemeNames[static_cast<std::size_t>(scheme)]; }
+
+Scheme scheme_from(std::string_view name) {
+  for (std::size_t i = 0; i < kSchemeNames.size(); ++i)
+    if (kSchemeNames[i] == name) return static_cast<Scheme>(i);
+  throw InputError(
+      fmt::format("integrator is \"{}\", must be newmark, implicit_euler, bdf2 or "
+                  "linearly_implicit_newmark",
+                  name));
+}
+
+void IntegratorOptions::check() const {
   if (!(step_s > 0.0 && std::isfinite(step_s)))
     throw InputError(fmt::format("step_s is {}, must be > 0", step_s));
   if (!(tolerance > 0.0 && tolerance < 1.0))
@@ -54,151 +48,239 @@ void NewmarkOptions::check() const {
   if (max_newton_iterations < 1)
     throw InputError(
         fmt::format("max_newton_iterations is {}, must be >= 1", max_newton_iterations));
+  constexpr int kMostHalvings = 30;  // a billionth of a step
+  if (max_halvings < 0 || max_halvings > kMostHalvings)
+    throw InputError(fmt::format("max_halvings is {}, must be 0 to {}", max_halvings, 30));
 }
 
-struct NewmarkIntegrator::Impl {
+struct Integrator::Impl {
   Impl(const ElasticBody& the_body,
        std::vector<int> held,
-       const NewmarkOptions& newmark_options,
+       const IntegratorOptions& the_options,
        Eigen::VectorXd force)
       : body(the_body),
         held_nodes(std::move(held)),
-        options(newmark_options),
+        options(the_options),
         external_force(std::move(force)),
-        newton(body, held_nodes, {options.tolerance, options.max_newton_iterations}) {
-    clear_held_load();
+        newton(
+            body, held_nodes, {options.tolerance, options.max_newton_iterations, options.solver}) {
+    complete_load();
   }
 
-  void clear_held_load() {
+  void complete_load() {
     if (external_force.size() == 0) external_force = Eigen::VectorXd::Zero(body.mesh().num_dofs());
-    for (const int node : held_nodes) external_force.segment<3>(3 * node).setZero();
+    free_force = external_force;
+    for (const int node : held_nodes) free_force.segment<3>(3 * node).setZero();
   }
 
-  void check(const BodyState& state) const {
-    const Eigen::Index dofs = body.mesh().num_dofs();
-    if (state.u.size() != dofs || state.v.size() != dofs)
-      throw InputError(fmt::format("the state has {} displacements and {} velocities, must have {}",
-                                   state.u.size(),
-                                   state.v.size(),
-                                   dofs));
-    for (const int node : held_nodes)
-      if (state.v.segment<3>(3 * node) != Eigen::Vector3d::Zero())
-        throw InputError(fmt::format("held node {} moves at {} m/s, must be at rest",
-                                     node,
-                                     state.v.segment<3>(3 * node).norm()));
-  }
-
-  [[nodiscard]] StepEquation equation(const BodyState& state,
-                                      const Eigen::VectorXd& resisting_force) const {
-    const double h = options.step_s;
-    return {4.0 / (h * h),
-            2.0 / h,
-            state.u,
-            h * state.v,
-            -state.v,
-            2.0 * external_force - resisting_force};
-  }
-
-  [[nodiscard]] std::vector<Eigen::VectorXd> guesses(const BodyState& state) const {
-    const std::size_t count = increments.size();
-    if (count == 0) return {options.step_s * state.v};
-    std::vector<Eigen::VectorXd> candidates = {
-        extrapolate(increments, std::min(count, kLargestOrder), false)};
-    if (count > 1) candidates.push_back(extrapolate(increments, count - 1, true));
-    return candidates;
-  }
+  void check(const BodyState& state) const;
+  StepReport advance(BodyState& state, double h, const Eigen::Vector3d& base_end, int halvings);
+  StepReport take(BodyState& state, double h, const Eigen::Vector3d& base_end);
+  [[nodiscard]] StepWork work_of(const BodyState& before,
+                                 const BodyState& after,
+                                 const Eigen::VectorXd& damping_force_after,
+                                 double h) const;
 
   const ElasticBody& body;
   const std::vector<int> held_nodes;
-  const NewmarkOptions options;
+  const IntegratorOptions options;
   Eigen::VectorXd external_force;
+  Eigen::VectorXd free_force;  // external_force, 0 at held nodes
   StepNewton newton;
-  BodyState last;                          // as the last step returned it
-  Eigen::VectorXd last_resisting_force;    // there [N]
-  std::deque<Eigen::VectorXd> increments;  // of the last steps, latest first [m]
+  BodyState last;                        // as the last step returned it
+  Eigen::VectorXd last_resisting_force;  // there [N]
+  Eigen::VectorXd last_damping_force;    // there, held nodes included [N]
+  detail::StepHistory history;
+  Eigen::Vector3d base_velocity = Eigen::Vector3d::Zero();       // at the state's time [m/s]
+  Eigen::Vector3d next_base_velocity = Eigen::Vector3d::Zero();  // a step later [m/s]
 };
 
-NewmarkIntegrator::NewmarkIntegrator(const ElasticBody& body,
-                                     std::vector<int> held_nodes,
-                                     NewmarkOptions options,
-                                     Eigen::VectorXd external_force) {
+void Integrator::Impl::check(const BodyState& state) const {
+  const Eigen::Index dofs = body.mesh().num_dofs();
+  if (state.u.size() != dofs || state.v.size() != dofs)
+    throw InputError(fmt::format("the state has {} displacements and {} velocities, must have {}",
+                                 state.u.size(),
+                                 state.v.size(),
+                                 dofs));
+  for (const int node : held_nodes)
+    if (state.v.segment<3>(3 * node) != base_velocity)
+      throw InputError(fmt::format("held node {} moves at {} m/s, must {}",
+                                   node,
+                                   state.v.segment<3>(3 * node).norm(),
+                                   base_velocity.isZero(0.0)
+                                       ? std::string("be at rest")
+                                       : fmt::format("move at {} m/s", base_velocity.norm())));
+}
+
+/// Work over a step. With Δu = (u1 - u0):
+///
+///     load     Δu . f_ext
+///     damping  Δu . (D0 v0 + D1 v1) / 2,  or Δu . D1 v1
+///     base     Δu . (M (v1 - v0) / h + what resists, weighed likewise, - f_ext), held nodes alone
+///
+/// With these the trapezoidal rule's balance of a linear body's energy is exact.
+StepWork Integrator::Impl::work_of(const BodyState& before,
+                                   const BodyState& after,
+                                   const Eigen::VectorXd& damping_force_after,
+                                   double h) const {
+  const Eigen::VectorXd du = after.u - before.u;
+  const double start_weight = detail::weighs_end_alone(options.scheme) ? 0.0 : 0.5;
+  const Eigen::VectorXd damping =
+      start_weight * last_damping_force + (1.0 - start_weight) * damping_force_after;
+  StepWork work;
+  work.load_j = du.dot(external_force);
+  work.damping_j = du.dot(damping);
+  bool base_moves = false;
+  for (const int node : held_nodes)
+    base_moves = base_moves || du.segment<3>(3 * node) != Eigen::Vector3d::Zero();
+  if (!base_moves) return work;
+  const Eigen::VectorXd balance =
+      body.mass() * (after.v - before.v) / h + start_weight * body.internal_force(before.u) +
+      (1.0 - start_weight) * body.internal_force(after.u) + damping - external_force;
+  for (const int node : held_nodes)
+    work.base_j += du.segment<3>(3 * node).dot(balance.segment<3>(3 * node));
+  return work;
+}
+
+StepReport Integrator::Impl::take(BodyState& state, double h, const Eigen::Vector3d& base_end) {
+  const bool continued = last.u.size() != 0 && state.u == last.u && state.v == last.v;
+  if (!continued) {
+    history = {};
+    last_resisting_force = newton.resisting_force(state.u, state.v);
+    last_damping_force = newton.damping_force(state.u, state.v);
+  }
+  const StepEquation equation =
+      detail::step_equation(options.scheme, h, state, history, free_force, last_resisting_force);
+  const bool linearized = options.scheme == Scheme::LinearlyImplicitNewmark;
+  auto guesses = linearized ? std::vector<Eigen::VectorXd>{h * state.v}
+                            : detail::guess_increments(state, history, h);
+  for (Eigen::VectorXd& guess : guesses)
+    for (const int node : held_nodes)
+      guess.segment<3>(3 * node) =
+          (base_end - equation.v_offset.segment<3>(3 * node)) / equation.gamma_per_s;
+  StepSolution solution = linearized ? newton.solve_linearized(equation, guesses.front())
+                                     : newton.solve(equation, guesses);
+  StepReport& report = solution.report;
+  if (report.termination != Termination::Converged) return report;
+
+  BodyState next;
+  next.u = state.u + solution.delta;
+  next.v = equation.gamma_per_s * solution.delta + equation.v_offset;
+  for (const int node : held_nodes) next.v.segment<3>(3 * node) = base_end;
+  next.time_s = state.time_s + h;
+  Eigen::VectorXd damping_force = newton.damping_force(next.u, next.v);
+  report.work = work_of(state, next, damping_force, h);
+  detail::remember(history, std::move(solution.delta), next.v - state.v, h);
+  last_resisting_force = std::move(solution.resisting_force);
+  last_damping_force = std::move(damping_force);
+  last = next;
+  base_velocity = base_end;
+  state = std::move(next);
+  return report;
+}
+
+StepReport Integrator::Impl::advance(BodyState& state,
+                                     double h,
+                                     const Eigen::Vector3d& base_end,
+                                     int halvings) {
+  StepReport report = take(state, h, base_end);
+  if (report.termination == Termination::Converged || halvings == 0) return report;
+  const Eigen::Vector3d base_middle = 0.5 * (base_velocity + base_end);
+  report.substeps = 0;
+  for (const Eigen::Vector3d& base : {base_middle, base_end}) {
+    const StepReport half = advance(state, 0.5 * h, base, halvings - 1);
+    report.newton_iterations += half.newton_iterations;
+    report.linear_iterations += half.linear_iterations;
+    report.factorizations += half.factorizations;
+    report.substeps += half.substeps;
+    report.residual = half.residual;
+    report.phases += half.phases;
+    report.work += half.work;
+    report.termination = half.termination;
+    report.message = half.message;
+    if (half.termination != Termination::Converged) break;
+  }
+  return report;
+}
+
+Integrator::Integrator(const ElasticBody& body,
+                       std::vector<int> held_nodes,
+                       IntegratorOptions options,
+                       Eigen::VectorXd external_force) {
   options.check();
   check_load(body, external_force);
   m_impl = std::make_unique<Impl>(body, std::move(held_nodes), options, std::move(external_force));
 }
-NewmarkIntegrator::~NewmarkIntegrator() = default;
+Integrator::~Integrator() = default;
 
-const NewmarkOptions& NewmarkIntegrator::options() const { return m_impl->options; }
+const IntegratorOptions& Integrator::options() const { return m_impl->options; }
 
-void NewmarkIntegrator::set_external_force(Eigen::VectorXd external_force) {
+void Integrator::set_external_force(Eigen::VectorXd external_force) {
   check_load(m_impl->body, external_force);
   m_impl->external_force = std::move(external_force);
-  m_impl->clear_held_load();
+  m_impl->complete_load();
 }
 
-StepReport NewmarkIntegrator::step(BodyState& state) {
+void Integrator::set_base_velocity(const Eigen::Vector3d& velocity_m_s) {
+  m_impl->next_base_velocity = velocity_m_s;
+}
+
+StepReport Integrator::step(BodyState& state) {
   Impl& impl = *m_impl;
   impl.check(state);
-  const bool continued =
-      impl.last.u.size() != 0 && state.u == impl.last.u && state.v == impl.last.v;
-  if (!continued) {
-    impl.increments.clear();
-    impl.last_resisting_force = impl.newton.resisting_force(state.u, state.v);
+  const BodyState before = state;
+  const Eigen::Vector3d base_before = impl.base_velocity;
+  StepReport report =
+      impl.advance(state, impl.options.step_s, impl.next_base_velocity, impl.options.max_halvings);
+  if (report.termination == Termination::Converged) {
+    state.time_s = before.time_s + impl.options.step_s;
+    return report;
   }
-  const StepEquation equation = impl.equation(state, impl.last_resisting_force);
-  StepSolution solution = impl.newton.solve(equation, impl.guesses(state));
-  if (solution.report.termination != Termination::Converged) return solution.report;
-
-  state.u += solution.delta;
-  state.v = equation.gamma_per_s * solution.delta + equation.v_offset;
-  for (const int node : impl.held_nodes) state.v.segment<3>(3 * node).setZero();
-  state.time_s += impl.options.step_s;
-  impl.increments.push_front(std::move(solution.delta));
-  if (impl.increments.size() > kIncrementsKept) impl.increments.pop_back();
-  impl.last_resisting_force = std::move(solution.resisting_force);
-  impl.last = state;
-  return solution.report;
+  state = before;
+  impl.base_velocity = base_before;
+  return report;
 }
 
-RunSummary run(NewmarkIntegrator& integrator,
-               BodyState& state,
-               double step_s,
-               double duration_s,
-               const std::function<void(const BodyState&)>& observe,
-               const ProgressCallback& progress) {
-  if (step_s != integrator.options().step_s)
-    throw InputError(fmt::format(
-        "step_s is {}, must be the integrator's {}", step_s, integrator.options().step_s));
-  if (!(duration_s >= 0.0 && duration_s / step_s < 2e9))
-    throw InputError(
-        fmt::format("duration_s is {}, must be >= 0 and less than 2e9 steps", duration_s));
-  const auto num_steps = static_cast<int>(std::ceil(duration_s / step_s - kWholeSteps));
-  const auto begin = std::chrono::steady_clock::now();
-  const double start_s = state.time_s;
-  RunSummary summary;
-  summary.termination = Termination::Converged;
-  if (observe) observe(state);
-  for (int i = 1; i <= num_steps; ++i) {
-    report_progress(progress, {"simulating", (i - 1) * step_s, duration_s});
-    const StepReport report = integrator.step(state);
-    summary.newton_iterations += report.newton_iterations;
-    summary.linear_iterations += report.linear_iterations;
-    summary.factorizations += report.factorizations;
-    if (report.termination != Termination::Converged) {
-      summary.termination = report.termination;
-      summary.message = fmt::format("the step at {} s failed: {}; a step_s below {} may do",
-                                    state.time_s,
-                                    report.message,
-                                    step_s);
-      break;
-    }
-    state.time_s = start_s + i * step_s;
-    summary.steps = i;
-    if (observe) observe(state);
-  }
-  summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (summary.usable()) summary.message = fmt::format("{} steps of {} s", summary.steps, step_s);
-  return summary;
+std::string Integrator::solver() const { return m_impl->newton.solver(); }
+
+void Integrator::save(detail::StateWriter& writer) const {
+  const Impl& impl = *m_impl;
+  impl.newton.save(writer);
+  writer.write(impl.external_force);
+  writer.write_flag(impl.last.u.size() != 0);
+  if (impl.last.u.size() == 0) return;
+  writer.write(impl.last.u);
+  writer.write(impl.last.v);
+  writer.write(impl.last_resisting_force);
+  writer.write(impl.last_damping_force);
+  writer.write(Eigen::VectorXd(impl.base_velocity));
+  writer.write(Eigen::VectorXd(impl.next_base_velocity));
+  writer.write(impl.history.step_s);
+  writer.write_flag(impl.history.velocity_increment.size() != 0);
+  if (impl.history.velocity_increment.size() != 0) writer.write(impl.history.velocity_increment);
+  writer.write_count(static_cast<std::int64_t>(impl.history.increments.size()));
+  for (const Eigen::VectorXd& increment : impl.history.increments) writer.write(increment);
+}
+
+void Integrator::restore(detail::StateReader& reader) {
+  Impl& impl = *m_impl;
+  const Eigen::Index dofs = impl.body.mesh().num_dofs();
+  impl.newton.restore(reader);
+  set_external_force(reader.read_vector(dofs));
+  impl.last = {};
+  impl.history = {};
+  if (!reader.read_flag()) return;
+  impl.last.u = reader.read_vector(dofs);
+  impl.last.v = reader.read_vector(dofs);
+  impl.last_resisting_force = reader.read_vector(dofs);
+  impl.last_damping_force = reader.read_vector(dofs);
+  impl.base_velocity = reader.read_vector(3);
+  impl.next_base_velocity = reader.read_vector(3);
+  impl.history.step_s = reader.read_number();
+  if (reader.read_flag()) impl.history.velocity_increment = reader.read_vector(dofs);
+  const std::int64_t count = reader.read_count();
+  for (std::int64_t i = 0; i < count; ++i)
+    impl.history.increments.push_back(reader.read_vector(dofs));
 }
 
 }  // namespace twang

@@ -5,10 +5,12 @@
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/minimal_residual.hpp"
 #include "simulate/detail/stale_factor.hpp"
+#include "simulate/detail/state_stream.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -28,11 +30,41 @@ constexpr double kForcingMargin = 0.3;  // of the reduction that would just reac
 constexpr double kScaleMemory = 0.99;   // of the largest force met, a step [-]
 constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
 
+/// Adds the wall time it lives to a phase.
+class PhaseTimer {
+ public:
+  explicit PhaseTimer(double& phase_s) : m_phase_s(phase_s) {}
+  ~PhaseTimer() {
+    m_phase_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+  }
+  PhaseTimer(const PhaseTimer&) = delete;
+  PhaseTimer& operator=(const PhaseTimer&) = delete;
+
+ private:
+  double& m_phase_s;
+  std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+};
+
 }  // namespace
+
+StepPhases& StepPhases::operator+=(const StepPhases& other) {
+  forces_s += other.forces_s;
+  products_s += other.products_s;
+  factorization_s += other.factorization_s;
+  preconditioner_s += other.preconditioner_s;
+  return *this;
+}
+
+StepWork& StepWork::operator+=(const StepWork& other) {
+  load_j += other.load_j;
+  base_j += other.base_j;
+  damping_j += other.damping_j;
+  return *this;
+}
 
 struct StepNewton::Impl {
   Impl(const ElasticBody& body, const std::vector<int>& held_nodes, NewtonOptions newton_options)
-      : damped(body, held_nodes), factor(damped), options(newton_options) {}
+      : damped(body, held_nodes), factor(damped, newton_options.solver), options(newton_options) {}
 
   /// A trial increment with all that follows from it.
   struct Trial {
@@ -48,6 +80,7 @@ struct StepNewton::Impl {
   };
 
   [[nodiscard]] Trial evaluate(const StepEquation& equation, Eigen::VectorXd delta) const {
+    const PhaseTimer timer(phases.forces_s);
     Trial trial;
     trial.u = equation.u0 + delta;
     trial.v = equation.gamma_per_s * delta + equation.v_offset;
@@ -83,8 +116,14 @@ struct StepNewton::Impl {
   }
 
   [[nodiscard]] bool renew(const DampedBody::Linearization& at, StepReport& report) {
+    const PhaseTimer timer(phases.factorization_s);
     ++report.factorizations;
     return factor.renew(at);
+  }
+
+  [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& r) const {
+    const PhaseTimer timer(phases.preconditioner_s);
+    return factor.apply(r);
   }
 
   /// One Newton iteration; false and a sentence in the report if it cannot go on.
@@ -94,12 +133,19 @@ struct StepNewton::Impl {
                    const Eigen::VectorXd& direction,
                    double goal,
                    Trial& trial) const;
+  /// The whole Newton step to a relative accuracy; empty, with a sentence in the report, if it
+  /// cannot be had.
+  [[nodiscard]] Eigen::VectorXd linear_step(const StepEquation& equation,
+                                            double accuracy,
+                                            Trial& trial,
+                                            StepReport& report);
 
   DampedBody damped;
   StaleFactor factor;
   NewtonOptions options;
   double force_scale = 0.0;       // largest force met, slowly forgotten [N]
   double linear_reduction = 0.0;  // of the last linear solve [-]
+  mutable StepPhases phases;      // of the step being solved
 };
 
 bool StepNewton::Impl::search_line(const StepEquation& equation,
@@ -114,7 +160,7 @@ bool StepNewton::Impl::search_line(const StepEquation& equation,
       trial = std::move(there);
       return true;
     }
-    there.preconditioned = factor.apply(there.residual);
+    there.preconditioned = precondition(there.residual);
     const double value = std::sqrt(there.residual.dot(there.preconditioned));
     if (value <= (1.0 - kSufficientDecrease * step) * merit) {
       trial = std::move(there);
@@ -136,15 +182,18 @@ bool StepNewton::Impl::iterate(
     fresh = true;
     trial.preconditioned.resize(0);
   }
-  const auto precondition = [this](const Eigen::VectorXd& r) { return factor.apply(r); };
+  const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
       if (!fresh) factor.follow(trial.u);
-      trial.preconditioned = factor.apply(trial.residual);
+      trial.preconditioned = precondition(trial.residual);
     }
-    const auto jacobian = [&](const Eigen::VectorXd& w) { return damped.step_product(at, w); };
+    const auto jacobian = [&](const Eigen::VectorXd& w) {
+      const PhaseTimer timer(phases.products_s);
+      return damped.step_product(at, w);
+    };
     const auto linear = detail::minimal_residual(jacobian,
-                                                 precondition,
+                                                 preconditioner,
                                                  trial.residual,
                                                  trial.preconditioned,
                                                  forcing,
@@ -171,6 +220,39 @@ bool StepNewton::Impl::iterate(
   }
 }
 
+Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
+                                              double accuracy,
+                                              Trial& trial,
+                                              StepReport& report) {
+  const DampedBody::Linearization at = linearize(equation, trial);
+  const auto jacobian = [&](const Eigen::VectorXd& w) {
+    const PhaseTimer timer(phases.products_s);
+    return damped.step_product(at, w);
+  };
+  const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
+  bool fresh = !factor.fits(at) || factor.worn();
+  for (;;) {
+    if (fresh && !renew(at, report)) {
+      report.message = "the matrix of the step could not be factorized";
+      return {};
+    }
+    if (!fresh) factor.follow(trial.u);
+    const auto linear = detail::minimal_residual(jacobian,
+                                                 preconditioner,
+                                                 trial.residual,
+                                                 precondition(trial.residual),
+                                                 accuracy,
+                                                 kMaxLinearIterations);
+    report.linear_iterations += linear.iterations;
+    if (linear.converged && linear.finite) return -linear.x;
+    if (fresh) {
+      report.message = "the linear equations of the step could not be solved";
+      return {};
+    }
+    fresh = true;
+  }
+}
+
 StepNewton::StepNewton(const ElasticBody& body,
                        const std::vector<int>& held_nodes,
                        NewtonOptions options)
@@ -188,11 +270,17 @@ Eigen::VectorXd StepNewton::resisting_force(const Eigen::VectorXd& u,
   return m_impl->damped.resisting_force(u, v);
 }
 
+Eigen::VectorXd StepNewton::damping_force(const Eigen::VectorXd& u,
+                                          const Eigen::VectorXd& v) const {
+  return m_impl->damped.damping_force(u, v);
+}
+
 StepSolution StepNewton::solve(const StepEquation& equation,
                                const std::vector<Eigen::VectorXd>& guesses) {
   Impl& impl = *m_impl;
   StepSolution solution;
   StepReport& report = solution.report;
+  impl.phases = {};
   report.termination = Termination::NumericalFailure;
   Impl::Trial trial = impl.best_of(equation, guesses);
   if (!trial.finite()) {
@@ -228,11 +316,59 @@ StepSolution StepNewton::solve(const StepEquation& equation,
     forcing = std::clamp(surprise, 1e-6, kLargestForcing);
   }
   impl.factor.count_step(report.linear_iterations);
+  report.phases = impl.phases;
   if (report.termination != Termination::Converged) return solution;
   impl.force_scale = scale;
   solution.delta = std::move(trial.delta);
   solution.resisting_force = std::move(trial.resisting);
   return solution;
+}
+
+StepSolution StepNewton::solve_linearized(const StepEquation& equation,
+                                          const Eigen::VectorXd& guess) {
+  Impl& impl = *m_impl;
+  StepSolution solution;
+  StepReport& report = solution.report;
+  impl.phases = {};
+  report.termination = Termination::NumericalFailure;
+  Impl::Trial trial = impl.evaluate(equation, guess);
+  if (!trial.finite()) {
+    report.message = "elements are inside out where the step is linearized";
+    report.residual = kInfinity;
+    return solution;
+  }
+  const double scale = std::max(trial.scale, kScaleMemory * impl.force_scale);
+  const double goal = impl.options.tolerance * scale;
+  if (trial.norm > goal) {
+    report.newton_iterations = 1;
+    const Eigen::VectorXd step = impl.linear_step(equation, goal / trial.norm, trial, report);
+    if (step.size() == 0) return solution;
+    trial = impl.evaluate(equation, trial.delta + step);
+    if (!trial.finite()) {
+      report.message = "the linearized step turns elements inside out";
+      return solution;
+    }
+  }
+  report.residual = trial.norm / scale;
+  impl.force_scale = scale;
+  impl.factor.count_step(report.linear_iterations);
+  report.phases = impl.phases;
+  report.termination = Termination::Converged;
+  solution.delta = std::move(trial.delta);
+  solution.resisting_force = std::move(trial.resisting);
+  return solution;
+}
+
+std::string StepNewton::solver() const { return m_impl->factor.description(); }
+
+void StepNewton::save(detail::StateWriter& writer) const {
+  writer.write(m_impl->force_scale);
+  m_impl->factor.save(writer);
+}
+
+void StepNewton::restore(detail::StateReader& reader) {
+  m_impl->force_scale = reader.read_number();
+  m_impl->factor.restore(reader);
 }
 
 }  // namespace twang

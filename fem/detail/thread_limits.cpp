@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/thread_limits.hpp"
 
+#include "core/error.hpp"
+#include "fem/threads.hpp"
+
 #include <dlfcn.h>
+#include <fmt/format.h>
 #include <omp.h>
 
+#include <atomic>
 #include <fstream>
 
 namespace twang {
@@ -23,9 +28,22 @@ const OpenBlas& open_blas() {
   return controls;
 }
 
+enum class Threads { AsMachinePermits, OneForFactors, Fixed };
+std::atomic<Threads> threads_now{Threads::AsMachinePermits};
+
 }  // namespace
 
+void fix_threads(int threads) {
+  if (threads < 0)
+    throw InputError(fmt::format("the number of threads is {}, must be >= 0", threads));
+  threads_now = threads == 0 ? Threads::OneForFactors : Threads::Fixed;
+  if (threads == 0) return;
+  omp_set_num_threads(threads);
+  if (open_blas().set_num_threads != nullptr) open_blas().set_num_threads(threads);
+}
+
 bool machine_is_busy() {
+  if (threads_now == Threads::Fixed) return false;
   // "0.20 0.18 0.12 1/80 11206": the fourth field is the number of tasks that could run now.
   std::ifstream file("/proc/loadavg");
   double average = 0.0;
@@ -37,6 +55,7 @@ bool machine_is_busy() {
 ThreadLimits::ThreadLimits(bool single_blas) : m_active_levels(omp_get_max_active_levels()) {
   omp_set_max_active_levels(0);
   const OpenBlas& blas = open_blas();
+  if (threads_now == Threads::OneForFactors) single_blas = true;
   if (!single_blas || blas.num_threads == nullptr || blas.set_num_threads == nullptr) return;
   m_blas_threads = blas.num_threads();
   blas.set_num_threads(1);

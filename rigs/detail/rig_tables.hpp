@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/units.hpp"
-#include "rigs/detail/toml_table.hpp"
+#include "rigs/toml_table.hpp"
 #include "rigs/rig.hpp"
 
 #include <filesystem>

@@ -61,6 +61,12 @@ void DampedBody::clear_held(Eigen::VectorXd& w) const {
 }
 
 Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
+  Eigen::VectorXd product = full_mass_product(w);
+  clear_held(product);
+  return product;
+}
+
+Eigen::VectorXd DampedBody::full_mass_product(const Eigen::VectorXd& w) const {
   Eigen::VectorXd product(w.size());
   for (int j = 0; j < m_nodal_mass.cols(); ++j) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -68,8 +74,15 @@ Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
       sum += it.value() * w.segment<3>(3 * it.row());
     product.segment<3>(3 * j) = sum;
   }
-  clear_held(product);
   return product;
+}
+
+Eigen::VectorXd DampedBody::damping_force(const Eigen::VectorXd& u,
+                                          const Eigen::VectorXd& v) const {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
+  if (m_b > 0.0) force += m_body.stiffness_damping_force(u, v);
+  if (m_a != 0.0) force += m_a * full_mass_product(v);
+  return force;
 }
 
 Eigen::VectorXd DampedBody::resisting_force(const Eigen::VectorXd& u,
@@ -83,7 +96,9 @@ Eigen::VectorXd DampedBody::resisting_force(const Eigen::VectorXd& u,
 
 Eigen::VectorXd DampedBody::step_product(const Linearization& at, const Eigen::VectorXd& w) const {
   Eigen::VectorXd product = (at.mu_per_s2 + at.gamma_per_s * m_a) * mass_product(w);
-  if (at.differences) {
+  if (at.gamma_per_s == 0.0) {
+    product += m_body.stiffness_product(at.u, w);
+  } else if (at.differences) {
     product += m_body.stiffness_product(at.u, w);
     product += at.gamma_per_s * m_body.stiffness_damping_force(at.u, w);
     const Eigen::VectorXd ahead = (kDifference / at.gamma_per_s) * at.v;
@@ -104,7 +119,9 @@ Eigen::VectorXd DampedBody::step_product(const Linearization& at, const Eigen::V
 SparseMatrix DampedBody::step_matrix(const Linearization& at) const {
   const double ahead = at.differences ? 0.0 : 1.0;
   SparseMatrix H;
-  if (m_one_b) {
+  if (at.gamma_per_s == 0.0) {
+    H = m_body.stiffness(at.u);
+  } else if (m_one_b) {
     const double weight = 1.0 + at.gamma_per_s * m_b;
     H = m_body.stiffness(at.u + (ahead * m_b / weight) * at.v);
     H *= weight;

@@ -28,13 +28,19 @@ class DampedBody {
   [[nodiscard]] Eigen::VectorXd resisting_force(const Eigen::VectorXd& u,
                                                 const Eigen::VectorXd& v) const;
 
+  /// D(u) v, held nodes included [N].
+  [[nodiscard]] Eigen::VectorXd damping_force(const Eigen::VectorXd& u,
+                                              const Eigen::VectorXd& v) const;
+  /// M w, held nodes included.
+  [[nodiscard]] Eigen::VectorXd full_mass_product(const Eigen::VectorXd& w) const;
+
   /// Where and how fast the body is in a step that is being solved, and how the step weighs
   /// inertia (mu) and velocity (gamma): v = gamma δ + const.
   struct Linearization {
     Eigen::VectorXd u;         // [m]
     Eigen::VectorXd v;         // [m/s]
     double mu_per_s2 = 0.0;    // [1/s²]
-    double gamma_per_s = 0.0;  // [1/s]
+    double gamma_per_s = 0.0;  // 0: at rest, without damping [1/s]
     bool differences = false;  // derivative of D by differences, not by a K taken ahead
   };
   /// Derivative by δ of  mu M δ + f_int(u + δ) + D(u + δ) (v + gamma δ),  applied to w [N]:
@@ -51,6 +57,10 @@ class DampedBody {
   /// The same as a matrix over the free degrees of freedom, without the derivative of D if
   /// `differences` is set [N/m].
   [[nodiscard]] SparseMatrix step_matrix(const Linearization& at) const;
+  /// What M is multiplied by in it, mu + gamma a [1/s²].
+  [[nodiscard]] double inertia_weight(const Linearization& at) const {
+    return at.mu_per_s2 + at.gamma_per_s * m_a;
+  }
   /// The diagonal of its part in M, free degrees of freedom [N/m].
   [[nodiscard]] Eigen::VectorXd inertia_diagonal(const Linearization& at) const;
 

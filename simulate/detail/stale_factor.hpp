@@ -2,12 +2,16 @@
 #pragma once
 
 #include "fem/linear_solver.hpp"
+#include "fem/multigrid_preconditioner.hpp"
+#include "fem/stiffness_solver.hpp"
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
+#include "simulate/detail/state_stream.hpp"
 
 #include <Eigen/Core>
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace twang::detail {
@@ -24,9 +28,12 @@ namespace twang::detail {
 /// When to renew it: with F the cost of a factorization in iterations, and each step after it
 /// taking some more iterations than the one before, the cost per step is least when the iterations
 /// spent beyond those of a fresh factor add up to F.
+///
+/// Above what a factor can hold, a multigrid cycle of the undeformed body takes its place, which is
+/// positive definite whatever becomes of the body, and is never renewed.
 class StaleFactor {
  public:
-  explicit StaleFactor(const DampedBody& body);
+  explicit StaleFactor(const DampedBody& body, const StiffnessSolverOptions& options = {});
 
   /// Factorizes the step matrix at `at`; if it is not positive definite there, without the
   /// derivative of D, and at last that of the undeformed body.
@@ -50,11 +57,21 @@ class StaleFactor {
   /// Whether a new factor would pay.
   [[nodiscard]] bool worn() const;
 
+  /// A few words on what it is.
+  [[nodiscard]] std::string description() const;
+
+  /// Where the factor was made and how worn it is; `restore` makes the same one again.
+  void save(StateWriter& writer) const;
+  void restore(StateReader& reader);
+
  private:
   SolveStatus factorize(const DampedBody::Linearization& at);
+  SolveStatus prepare_cycles(const DampedBody::Linearization& at);
 
   const DampedBody& m_body;
+  DampedBody::Linearization m_made_at;
   std::unique_ptr<LinearSolver> m_solver;
+  std::unique_ptr<MultigridPreconditioner> m_cycles;  // in place of m_solver
   NodalRotations m_rotations;
   std::vector<Eigen::Matrix3d> m_rotations_then;  // when the factor was made
   std::vector<Eigen::Matrix3d> m_turns;           // R_i

@@ -3,7 +3,7 @@
 #include "fem/static_solve.hpp"
 #include "simulate/energy.hpp"
 #include "simulate/integrators.hpp"
-#include "tests/simulate/box_body.hpp"
+#include "tests/simulate/moving_block.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -15,42 +15,12 @@
 namespace twang {
 namespace {
 
+using test::block;
 using test::box_mesh;
+using test::fitted_order;
+using test::moving;
 using test::nodes_at;
-
-ElasticMaterial rubber(double b = 0.0, double a = 0.0) {
-  ElasticMaterial material;
-  material.youngs_modulus_pa = 2e6;
-  material.poissons_ratio = 0.4;
-  material.density_kg_m3 = 1100.0;
-  material.damping_stiffness_b_s = b;
-  material.damping_mass_a_per_s = a;
-  return material;
-}
-
-/// A soft block of 30 x 10 x 10 mm, its slowest bending vibration near 200 rad/s.
-ElasticBody block(const ElasticMaterial& material,
-                  ConstitutiveModel model = ConstitutiveModel::NeoHookean,
-                  const Eigen::Vector3i& cells = {4, 2, 2}) {
-  return {box_mesh(ElementKind::Hex8, cells, {0.03, 0.01, 0.01}), {material}, model};
-}
-
-/// A smooth velocity field that bends, stretches and twists, 0 at x = 0 [m/s].
-Eigen::VectorXd smooth_field(const HexMesh& mesh, double size) {
-  Eigen::VectorXd field(mesh.num_dofs());
-  for (int i = 0; i < mesh.num_nodes(); ++i) {
-    const double s = mesh.nodes(0, i) / 0.03;
-    const double y = mesh.nodes(1, i) / 0.01 - 0.5;
-    const double z = mesh.nodes(2, i) / 0.01 - 0.5;
-    field.segment<3>(3 * i) =
-        size * Eigen::Vector3d(0.2 * s, 0.3 * s * s - 0.2 * s * z, s * s + 0.2 * s * y);
-  }
-  return field;
-}
-
-BodyState moving(const HexMesh& mesh, double speed) {
-  return {Eigen::VectorXd::Zero(mesh.num_dofs()), smooth_field(mesh, speed), 0.0};
-}
+using test::rubber;
 
 NewmarkOptions tight(double step_s) {
   NewmarkOptions options;
@@ -68,24 +38,6 @@ BodyState simulated(const ElasticBody& body,
   const RunSummary summary = run(integrator, state, step_s, duration_s, {});
   EXPECT_TRUE(summary.usable()) << summary.message;
   return state;
-}
-
-/// Slope of log(error) over log(step) by least squares.
-double fitted_order(const std::vector<double>& steps, const std::vector<double>& errors) {
-  const auto n = static_cast<double>(steps.size());
-  double sx = 0.0;
-  double sy = 0.0;
-  double sxx = 0.0;
-  double sxy = 0.0;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const double x = std::log(steps[i]);
-    const double y = std::log(errors[i]);
-    sx += x;
-    sy += y;
-    sxx += x * x;
-    sxy += x * y;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
 TEST(Newmark, ConvergesWithOrderTwo) {

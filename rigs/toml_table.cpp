@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "rigs/detail/toml_table.hpp"
+#include "rigs/toml_table.hpp"
 
 #include "core/error.hpp"
 #include "core/text.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 
-namespace twang::detail {
+namespace twang {
 namespace {
 
 constexpr std::size_t kLongestShown = 80;
@@ -68,11 +69,32 @@ std::string joined(const std::vector<std::string>& words) {
 
 }  // namespace
 
-TomlTable::TomlTable(const toml::table& table, std::string file, std::string path)
+struct TomlTable::Access {
+  [[nodiscard]] static const toml::table& table(const TomlTable& of) {
+    return *static_cast<const toml::table*>(of.m_table);
+  }
+  [[nodiscard]] static const toml::node& require(const TomlTable& in, std::string_view key) {
+    const toml::node* node = table(in).get(key);
+    if (node) return *node;
+    const auto line = table(in).source().begin.line;
+    const std::string place =
+        in.m_path.empty() || line == 0 ? in.m_file : fmt::format("{}:{}", in.m_file, line);
+    throw InputError(fmt::format("{}: {} is missing", place, in.full_key(key)));
+  }
+};
+
+TomlTable::TomlTable(const void* table, std::string file, std::string path)
     : m_table(table), m_file(std::move(file)), m_path(std::move(path)) {}
 
+bool TomlTable::has(std::string_view key) const { return Access::table(*this).contains(key); }
+
+bool TomlTable::is_table(std::string_view key) const {
+  const toml::node* node = Access::table(*this).get(key);
+  return node != nullptr && node->is_table();
+}
+
 void TomlTable::allow_only(const std::vector<std::string>& known) const {
-  for (const auto& [key, node] : m_table) {
+  for (const auto& [key, node] : Access::table(*this)) {
     if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
     throw InputError(fmt::format("{}:{}: {} is not a known key, must be one of: {} (nearest: {})",
                                  m_file,
@@ -85,12 +107,12 @@ void TomlTable::allow_only(const std::vector<std::string>& known) const {
 
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> names;
-  for (const auto& [key, node] : m_table) names.emplace_back(key.str());
+  for (const auto& [key, node] : Access::table(*this)) names.emplace_back(key.str());
   return names;
 }
 
 double TomlTable::number(std::string_view key) const {
-  const auto value = number_from(require(key));
+  const auto value = number_from(Access::require(*this, key));
   if (!value) refuse(key, "a number");
   if (!std::isfinite(*value)) refuse(key, "a finite number");
   return *value;
@@ -109,7 +131,7 @@ double TomlTable::non_negative(std::string_view key) const {
 }
 
 int TomlTable::count(std::string_view key) const {
-  const auto* value = require(key).as_integer();
+  const auto* value = Access::require(*this, key).as_integer();
   if (!value || value->get() < 0 || value->get() > std::numeric_limits<int>::max()) {
     refuse(key, "a whole number >= 0");
   }
@@ -117,27 +139,27 @@ int TomlTable::count(std::string_view key) const {
 }
 
 bool TomlTable::flag(std::string_view key) const {
-  const auto* value = require(key).as_boolean();
+  const auto* value = Access::require(*this, key).as_boolean();
   if (!value) refuse(key, "true or false");
   return value->get();
 }
 
 std::string TomlTable::text(std::string_view key) const {
-  const auto* value = require(key).as_string();
+  const auto* value = Access::require(*this, key).as_string();
   if (!value) refuse(key, "a text in quotes");
   if (value->get().empty()) refuse(key, "a text that is not empty");
   return value->get();
 }
 
 std::string TomlTable::free_text(std::string_view key) const {
-  const toml::node& node = require(key);
+  const toml::node& node = Access::require(*this, key);
   if (const auto* value = node.as_string()) return value->get();
   if (!node.is_value()) refuse(key, "a text or a number");
   return shown(node);
 }
 
 std::vector<std::string> TomlTable::texts(std::string_view key) const {
-  const toml::array* array = require(key).as_array();
+  const toml::array* array = Access::require(*this, key).as_array();
   if (!array) refuse(key, "a list of texts");
   std::vector<std::string> values;
   for (const toml::node& node : *array) {
@@ -148,7 +170,7 @@ std::vector<std::string> TomlTable::texts(std::string_view key) const {
 }
 
 Eigen::Vector3d TomlTable::vector(std::string_view key) const {
-  const toml::array* array = require(key).as_array();
+  const toml::array* array = Access::require(*this, key).as_array();
   if (!array || array->size() != 3) refuse(key, "three numbers [x, y, z]");
   Eigen::Vector3d vector;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -178,19 +200,19 @@ std::size_t TomlTable::choice(std::string_view key, const std::vector<std::strin
 
 std::optional<TomlTable> TomlTable::table(std::string_view key) const {
   if (!has(key)) return std::nullopt;
-  const toml::table* table = require(key).as_table();
+  const toml::table* table = Access::require(*this, key).as_table();
   if (!table) refuse(key, fmt::format("a table [{}]", full_key(key)));
-  return TomlTable(*table, m_file, full_key(key));
+  return TomlTable(table, m_file, full_key(key));
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   if (!has(key)) return {};
-  const toml::array* array = require(key).as_array();
+  const toml::array* array = Access::require(*this, key).as_array();
   std::vector<TomlTable> tables;
   for (std::size_t i = 0; array && i < array->size(); ++i) {
     const toml::table* table = array->get(i)->as_table();
     if (!table) break;
-    tables.emplace_back(*table, m_file, fmt::format("{}.{}", full_key(key), i + 1));
+    tables.push_back(TomlTable(table, m_file, fmt::format("{}.{}", full_key(key), i + 1)));
   }
   if (!array || tables.size() != array->size()) {
     refuse(key, fmt::format("an array of tables, each headed [[{}]]", full_key(key)));
@@ -199,26 +221,21 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
 }
 
 void TomlTable::refuse(std::string_view key, std::string_view expected) const {
-  complain(key, fmt::format("is {}, must be {}", shown(*m_table.get(key)), expected));
+  complain(key, fmt::format("is {}, must be {}", shown(*Access::table(*this).get(key)), expected));
 }
 
 void TomlTable::complain(std::string_view key, std::string_view complaint) const {
-  const toml::node* node = key.empty() ? &m_table : m_table.get(key);
-  const bool at_document = key.empty() && m_path.empty();
-  const auto line = node && !at_document ? node->source().begin.line : 0;
-  const std::string place = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
-  const std::string subject = full_key(key);
-  throw InputError(
-      fmt::format("{}: {}{}{}", place, subject, subject.empty() ? "" : " ", complaint));
+  const std::string subject = place(key);
+  throw InputError(fmt::format("{}{}{}", subject, subject.ends_with(": ") ? "" : " ", complaint));
 }
 
-const toml::node& TomlTable::require(std::string_view key) const {
-  const toml::node* node = m_table.get(key);
-  if (node) return *node;
-  const auto line = m_table.source().begin.line;
-  const std::string place =
-      m_path.empty() || line == 0 ? m_file : fmt::format("{}:{}", m_file, line);
-  throw InputError(fmt::format("{}: {} is missing", place, full_key(key)));
+std::string TomlTable::place(std::string_view key) const {
+  const toml::table& own = Access::table(*this);
+  const toml::node* node = key.empty() ? &own : own.get(key);
+  const bool at_document = key.empty() && m_path.empty();
+  const auto line = node && !at_document ? node->source().begin.line : 0;
+  const std::string where = line > 0 ? fmt::format("{}:{}", m_file, line) : m_file;
+  return fmt::format("{}: {}", where, full_key(key));
 }
 
 std::string TomlTable::full_key(std::string_view key) const {
@@ -226,13 +243,29 @@ std::string TomlTable::full_key(std::string_view key) const {
   return fmt::format("{}.{}", m_path, key);
 }
 
-toml::table parse_toml(const std::string& content, const std::string& file) {
+struct TomlDocument::Impl {
+  std::string file;
+  toml::table table;
+};
+
+TomlDocument::TomlDocument(const std::string& content, std::string file, std::string_view expected)
+    : m_impl(std::make_unique<Impl>()) {
+  if (content.find_first_not_of(" \t\r\n") == std::string::npos) {
+    throw InputError(fmt::format("{}: is empty, must be {}", file, expected));
+  }
+  if (content.find('\0') != std::string::npos) {
+    throw InputError(fmt::format("{}: is a binary file, must be {}", file, expected));
+  }
   try {
-    return toml::parse(content, file);
+    m_impl->table = toml::parse(content, file);
   } catch (const toml::parse_error& error) {
     throw InputError(
         fmt::format("{}:{}: {}", file, error.source().begin.line, error.description()));
   }
+  m_impl->file = std::move(file);
 }
+TomlDocument::~TomlDocument() = default;
 
-}  // namespace twang::detail
+TomlTable TomlDocument::root() const { return {&m_impl->table, m_impl->file, ""}; }
+
+}  // namespace twang

@@ -2,14 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <toml++/toml.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace twang::detail {
+namespace twang {
 
 /// One table of a TOML document, with the place it stands at: every complaint begins with file,
 /// line and full key ("rigs/arm.toml:31: marker.3.size_mm is -2, must be > 0").
@@ -17,13 +17,10 @@ namespace twang::detail {
 /// Tables of an array are counted from 1, as a person counts them.
 class TomlTable {
  public:
-  /// @param table  must outlive this
-  /// @param path   full key of the table, empty for the document
-  TomlTable(const toml::table& table, std::string file, std::string path);
-
   /// @throws InputError if a key of the table is not among `known`
   void allow_only(const std::vector<std::string>& known) const;
-  [[nodiscard]] bool has(std::string_view key) const { return m_table.contains(key); }
+  [[nodiscard]] bool has(std::string_view key) const;
+  [[nodiscard]] bool is_table(std::string_view key) const;  ///< false too if there is none
   [[nodiscard]] std::vector<std::string> keys() const;
 
   // The value of a key; each throws InputError if it is missing, of another type or out of range.
@@ -50,18 +47,37 @@ class TomlTable {
   [[noreturn]] void refuse(std::string_view key, std::string_view expected) const;
   /// "FILE:LINE: KEY COMPLAINT", at the table itself if `key` is empty.
   [[noreturn]] void complain(std::string_view key, std::string_view complaint) const;
+  /// "FILE:LINE: KEY", for complaints that can only be made later.
+  [[nodiscard]] std::string place(std::string_view key) const;
 
  private:
-  [[nodiscard]] const toml::node& require(std::string_view key) const;
+  friend class TomlDocument;
+  struct Access;  // the library's own table
+
+  TomlTable(const void* table, std::string file, std::string path);
   [[nodiscard]] std::string full_key(std::string_view key) const;
 
-  const toml::table& m_table;
+  const void* m_table;  // toml::table, which the source file alone sees; outlives this
   std::string m_file;
-  std::string m_path;
+  std::string m_path;  // full key of the table, empty for the document
 };
 
-/// Parses `content`, the text of `file`.
-/// @throws InputError "FILE:LINE: ..." if it is not TOML
-[[nodiscard]] toml::table parse_toml(const std::string& content, const std::string& file);
+/// A TOML document; its tables live as long as it does.
+class TomlDocument {
+ public:
+  /// Parses `content`, the text of `file`.
+  /// @param expected  what it must be, for messages: "a rig file (twang-rig/1)"
+  /// @throws InputError "FILE:LINE: ..." if it is empty, binary or not TOML
+  TomlDocument(const std::string& content, std::string file, std::string_view expected);
+  ~TomlDocument();
+  TomlDocument(const TomlDocument&) = delete;
+  TomlDocument& operator=(const TomlDocument&) = delete;
 
-}  // namespace twang::detail
+  [[nodiscard]] TomlTable root() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace twang

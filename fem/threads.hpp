@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace twang {
+
+/// Fixes how many threads computations use from now on, so that their results repeat bit for bit
+/// however busy the machine is.
+///
+/// Forces and products do not depend on the number of threads; a factorization does, in its last
+/// digits. With 0, as many threads as are idle do the former and one the latter.
+/// @param threads  0, or >= 1: as many for everything
+/// @throws InputError if threads < 0
+void fix_threads(int threads);
+
+}  // namespace twang
