@@ -5,6 +5,7 @@
 #include "calibrate/detail/material_of.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/window_stability.hpp"
+#include "coarsen/follow_mode.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
@@ -127,22 +128,35 @@ DampedSinusoid widened_fundamental(const Rig& rig,
   return widened(widened(calibration.inversion.modes.front(), mean), misfit);
 }
 
-/// Two sinusoids whose frequencies the mesh puts elsewhere are told to the user, never acted on.
-void warn_about_overtones(const InversionResult& inversion,
-                          const MeshRung& finest,
-                          std::vector<std::string>& warnings) {
-  const double first_hz = finest.modes.natural_frequency_hz(0);
-  const DampedSinusoid& fundamental = inversion.modes.front();
-  for (const DampedSinusoid& mode : inversion.modes) {
-    if (mode.natural_frequency_hz() < 0.8 * fundamental.natural_frequency_hz()) {
-      warnings.push_back(
-          fmt::format("A sinusoid at {:.2f} Hz lies below the strongest one at {:.2f} Hz, which is "
-                      "taken for the first eigenmode "
-                      "(mesh ratio of the second to the first: {:.2f}).",
-                      mode.frequency_hz,
-                      fundamental.frequency_hz,
-                      finest.modes.natural_frequency_hz(1) / first_hz));
-    }
+/// Which eigenmode the fundamental is, its limit and its number on the coarse mesh.
+void find_mode(const Rig& rig,
+               const RigMaterial& material,
+               const CalibrationOptions& options,
+               Calibration& calibration) {
+  const Repeat& first = calibration.repeats.front();
+  const MeshRung& finest = calibration.ladder.reference.back();
+  ModeQuestion question;
+  question.rig = &rig;
+  question.rung = &finest;
+  question.sinusoids = calibration.inversion.modes;
+  question.columns = first.columns;
+  question.motion = marker_motion(rig, first.trace, calibration.inversion.modes, first.inversion);
+  question.reported_modulus_pa = material.reported_youngs_modulus_pa;
+  question.stated = options.mode;
+  calibration.mode = choose_mode(question);
+  calibration.limit = limit_of_mode(calibration.ladder, calibration.mode.mode);
+  const FollowedMode coarse = follow_mode(finest, calibration.mode.mode, calibration.ladder.coarse);
+  calibration.coarse_mode = coarse.mode;
+  calibration.remarks.push_back(calibration.mode.reason);
+  if (!calibration.mode.doubt.empty()) calibration.warnings.push_back(calibration.mode.doubt);
+  constexpr double kSameShape = 0.8;
+  if (coarse.affinity < kSameShape) {
+    calibration.warnings.push_back(
+        fmt::format("The coarse mesh has no mode of the shape of eigenmode {}; its mode {} comes "
+                    "nearest (cosine {:.2f}): choose finer cells.",
+                    calibration.mode.mode + 1,
+                    coarse.mode + 1,
+                    coarse.affinity));
   }
 }
 
@@ -163,13 +177,14 @@ void warn_about_aliases(const Calibration& calibration,
   AliasQuestion question;
   question.modes = calibration.inversion.modes;
   question.rate_hz = rate_of(calibration.repeats.front().trace);
+  question.mode = calibration.mode.mode;
   const double stretch =
-      calibration.fundamental.natural_frequency_hz() / mesh.natural_frequency_hz(0);
+      calibration.fundamental.natural_frequency_hz() / mesh.natural_frequency_hz(question.mode);
   for (int i = 0; i < mesh.count(); ++i)
     question.mesh_hz.push_back(stretch * mesh.natural_frequency_hz(i));
   if (material.reported_youngs_modulus_pa) {
-    question.expected_first_hz =
-        mesh.natural_frequency_hz(0) * std::sqrt(*material.reported_youngs_modulus_pa);
+    question.expected_hz =
+        mesh.natural_frequency_hz(question.mode) * std::sqrt(*material.reported_youngs_modulus_pa);
   }
   const std::vector<std::string> found = alias_warnings(question);
   warnings.insert(warnings.end(), found.begin(), found.end());
@@ -227,13 +242,14 @@ Calibration calibrate_repeats(const Rig& rig,
   calibration.ladder = build_mesh_ladder(rig, ladder);
   const auto& notes = calibration.ladder.notes;
   calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
-  warn_about_overtones(
-      calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
+  find_mode(rig, unknown, options, calibration);
   warn_about_aliases(calibration, unknown, calibration.warnings);
 
   const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
-  calibration.sensitivities =
-      modulus_sensitivities(rig, calibration.ladder.reference[accurate].mesh.requested_dx_m);
+  const MeshRung& rung = calibration.ladder.reference[accurate];
+  const MeshRung& finest = calibration.ladder.reference.back();
+  calibration.sensitivities = modulus_sensitivities(
+      rig, rung.mesh.requested_dx_m, follow_mode(finest, calibration.mode.mode, rung).mode);
   calibration.material = detail::material_of(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
@@ -243,7 +259,8 @@ Calibration calibrate_repeats(const Rig& rig,
                                                     first.trace,
                                                     first.columns.front(),
                                                     first.inversion,
-                                                    options.progress);
+                                                    options.progress,
+                                                    calibration.coarse_mode);
     calibration.material.validation = calibration.validation->figures;
     if (!calibration.validation->run.usable())
       calibration.warnings.push_back(calibration.validation->run.message);

@@ -58,23 +58,22 @@ void note_changing_geometry(MeshLadder& ladder) {
   }
 }
 
-/// The limit of the last rungs that share the finest one's geometry; where it stands alone, the
-/// last difference is the least that is uncertain.
-RichardsonLimit limit_of(const std::vector<MeshRung>& reference) {
+}  // namespace
+
+RichardsonLimit limit_of(const std::vector<MeshRung>& reference,
+                         const std::vector<double>& lambdas_per_s2) {
   const std::size_t n = reference.size();
   std::size_t first = n - 1;
   while (first > 0 && same_geometry(reference[first - 1], reference.back())) --first;
-  std::vector<double> lambdas;
-  for (std::size_t i = first; i < n; ++i) lambdas.push_back(reference[i].modes.lambda_per_s2(0));
+  const std::vector<double> lambdas(lambdas_per_s2.begin() + static_cast<std::ptrdiff_t>(first),
+                                    lambdas_per_s2.end());
   RichardsonLimit limit = richardson_limit(lambdas);
   if (lambdas.size() == 1 && n > 1) {
-    const double before = reference[n - 2].modes.lambda_per_s2(0);
+    const double before = lambdas_per_s2[n - 2];
     limit.relative_sigma = std::max(limit.relative_sigma, std::abs(before / lambdas[0] - 1.0));
   }
   return limit;
 }
-
-}  // namespace
 
 double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std::string>& notes) {
   double dx = 0.0;
@@ -133,7 +132,9 @@ void refine_reference(const Rig& rig,
           ladder.reference[n - 2].modes, ladder.reference[n - 1].modes, options.num_modes);
     }
   }
-  ladder.limit = limit_of(ladder.reference);
+  std::vector<double> lambdas;
+  for (const MeshRung& rung : ladder.reference) lambdas.push_back(rung.modes.lambda_per_s2(0));
+  ladder.limit = limit_of(ladder.reference, lambdas);
   note_changing_geometry(ladder);
   if (!ladder.convergent) {
     ladder.notes.push_back(

@@ -20,6 +20,12 @@ void refine_reference(const Rig& rig,
                       const LadderOptions& options,
                       MeshLadder& ladder);
 
+/// The limit of one mode: that of the last rungs that share the finest one's geometry; where it
+/// stands alone, the last difference is the least that is uncertain.
+/// @param lambdas_per_s2  of that mode, one a rung
+[[nodiscard]] RichardsonLimit limit_of(const std::vector<MeshRung>& reference,
+                                       const std::vector<double>& lambdas_per_s2);
+
 /// Fills `candidates`, `coarse`, `choice` and notes of `ladder`, whose reference stands.
 void choose_mesh(const Rig& rig,
                  double start_dx_m,
