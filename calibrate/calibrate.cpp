@@ -3,13 +3,13 @@
 
 #include "calibrate/alias_check.hpp"
 #include "calibrate/detail/material_of.hpp"
+#include "calibrate/detail/trace_columns.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/window_stability.hpp"
 #include "coarsen/follow_mode.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
-#include "rigs/observable.hpp"
 
 #include <fmt/format.h>
 
@@ -45,24 +45,6 @@ const RigMaterial& unknown_material(const Rig& rig) {
         fmt::format("{}: no material is used by a part, must be one", rig.file.string()));
   }
   return *unknown;
-}
-
-std::vector<std::string> columns_to_invert(const Rig& rig,
-                                           const Repeat& repeat,
-                                           const CalibrationOptions& options) {
-  if (!options.columns.empty()) {
-    for (const std::string& column : options.columns) {
-      if (repeat.trace.find(column) == nullptr) {
-        throw InputError(fmt::format("{}: has no column '{}'", repeat.file.string(), column));
-      }
-    }
-    return options.columns;
-  }
-  if (rig.observable) {
-    const std::string column = observable_column(rig.observable->kind);
-    if (repeat.trace.find(column) != nullptr) return {column};
-  }
-  return default_columns(repeat.trace);
 }
 
 void invert_repeat(Repeat& repeat, const CalibrationOptions& options) {
@@ -213,7 +195,9 @@ Calibration calibrate_repeats(const Rig& rig,
                               CalibrationOptions options) {
   const RigMaterial& unknown = unknown_material(rig);
   Calibration calibration;
-  for (Repeat& repeat : repeats) repeat.columns = columns_to_invert(rig, repeat, options);
+  for (Repeat& repeat : repeats) {
+    repeat.columns = detail::columns_to_invert(rig, repeat.trace, repeat.file, options.columns);
+  }
   if (options.each_release) {
     const std::size_t num_recordings = repeats.size();
     repeats = cut_recordings(repeats, options.inversion);

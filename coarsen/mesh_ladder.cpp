@@ -53,6 +53,14 @@ void LadderOptions::check() const {
   check_count("max_dofs", max_dofs);
 }
 
+MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options) {
+  options.check();
+  MeshLadder ladder;
+  const Rig identified = rig_to_identify(rig, ladder.notes);
+  refine_reference(identified, starting_dx(identified, options, ladder.notes), options, ladder);
+  return ladder;
+}
+
 MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
   options.check();
   MeshLadder ladder;

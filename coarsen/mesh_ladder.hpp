@@ -93,6 +93,10 @@ struct MeshLadder {
 /// NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
+/// The reference ladder alone, without a coarse mesh.
+/// @throws as `build_mesh_ladder`
+[[nodiscard]] MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options = {});
+
 /// Mesh, held nodes and the first `num_modes` eigenmodes of a rig (fewer if the mesh has not that
 /// many), its weights included, at its stated Young's moduli, else 1 Pa. A rig without clamps is a
 /// free body.
