@@ -65,6 +65,35 @@ void invert_repeat(Repeat& repeat, const CalibrationOptions& options) {
   repeat.model_spectrum = model_spectrum(repeat.trace, repeat.inversion);
 }
 
+/// Where the fundamental is heavily damped, its overtones are overdamped: let go, they creep back
+/// with a rate of about 1 / b without swinging, and bend the beginning of the record. The window
+/// then starts when they are gone, unless the user has stated its start.
+void skip_creeping_overtones(Repeat& repeat,
+                             CalibrationOptions& options,
+                             Calibration& calibration) {
+  constexpr double kHeavy = 0.15;  // damping ratio: a beam's second mode has six times that
+  constexpr double kCreepTimes =
+      2.5;  // of b: what is left of them against the fundamental is tenth
+  constexpr double kPeriodsLeft = 1.0;
+  const DampedSinusoid mode = repeat.inversion.modes.front();
+  if (options.inversion.start_s || mode.damping_ratio() < kHeavy) return;
+  const double start_s =
+      repeat.inversion.time_origin_s + kCreepTimes * mode.damping_stiffness_b_s();
+  if (start_s + kPeriodsLeft / mode.frequency_hz > repeat.inversion.time_end_s) return;
+  InversionOptions later = options.inversion;
+  later.start_s = start_s;
+  const InversionResult found = invert_harmonics(repeat.trace, repeat.columns, later);
+  if (!found.usable()) return;
+  options.inversion = later;
+  invert_repeat(repeat, options);
+  calibration.remarks.push_back(
+      fmt::format("So heavily damped a part's overtones creep back instead of swinging: the window "
+                  "starts {:.3g} "
+                  "s later, at {:.4g} s, when they are gone.",
+                  kCreepTimes * mode.damping_stiffness_b_s(),
+                  start_s));
+}
+
 void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {
   sentences.insert(sentences.end(), more.begin(), more.end());
 }
@@ -212,6 +241,7 @@ Calibration calibrate_repeats(const Rig& rig,
   }
   for (Repeat& repeat : repeats) {
     invert_repeat(repeat, options);
+    if (repeats.size() == 1) skip_creeping_overtones(repeat, options, calibration);
     const InversionResult& inversion = repeat.inversion;
     append(calibration.remarks, inversion.remarks);
     append(calibration.warnings, inversion.notes);
