@@ -1,6 +1,10 @@
 # add_module(NAME SOURCES ... [PUBLIC targets...] [PRIVATE targets...] [OWN_OPTIONS]): a room of the house, one static library twang_NAME
 # (alias twang::NAME), includes from the project's root. Warnings as errors. OWN_OPTIONS: a dependency adds options, as OpenMP does.
 function(twang_warnings target)
+  if(CMAKE_UNITY_BUILD)
+    # Which files share a translation unit is chance: a class whose members have types of its own file is not seen by the others.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
   # g++ 12 takes the inner buffer of a moved string for overrun; the address sanitizer sees what is true.
   target_compile_options(${target} PRIVATE -Wno-array-bounds $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>)
@@ -57,12 +61,12 @@ endfunction()
 # All tests with the label unit: what the sanitizers need to have built.
 add_custom_target(unit_tests)
 
-# add_module_test(NAME SOURCES ... [LIBRARIES targets...] [LABEL unit|slow] [TIMEOUT seconds] [COST seconds]): a GoogleTest
-# program. ctest sees its cases one by one if they are slow; quick ones, which would take longer to start than to run, are one test by
-# the program's name (there, --gtest_filter picks a case).
+# add_module_test(NAME SOURCES ... [LIBRARIES targets...] [LABEL unit|slow] [TOGETHER] [TIMEOUT seconds] [COST seconds]): a GoogleTest
+# program. ctest sees its cases one by one if they are slow; quick ones, which would take longer to start than to run, and those that
+# stand on the same long computation (TOGETHER) are one test by the program's name (there, --gtest_filter picks a case).
 # Until ctest knows how long a test takes it begins with those of the highest COST, so that no long one is left for the end.
 function(add_module_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "TOGETHER" "LABEL;TIMEOUT;COST" "SOURCES;LIBRARIES" ${ARGN})
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
@@ -80,7 +84,7 @@ function(add_module_test name)
   if(ARG_LABEL STREQUAL unit)
     add_dependencies(unit_tests test_${name})
   endif()
-  if(ARG_LABEL STREQUAL unit)
+  if(ARG_TOGETHER OR ARG_LABEL STREQUAL unit)
     add_test(NAME ${name} COMMAND test_${name})
     set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_COST})
   else()

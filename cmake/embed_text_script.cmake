@@ -14,8 +14,8 @@ endwhile()
 file(WRITE ${TEXT_OUTPUT} "#include \"${TEXT_HEADER}\"\n
 namespace ${TEXT_NAMESPACE} {\n
 namespace {
-constexpr char kText[] =
+constexpr char ${TEXT_NAME}Text[] =
 ${literal}    \"\";
 }  // namespace\n
-const std::string_view ${TEXT_NAME}(kText, sizeof(kText) - 1);\n
+const std::string_view ${TEXT_NAME}(${TEXT_NAME}Text, sizeof(${TEXT_NAME}Text) - 1);\n
 }  // namespace ${TEXT_NAMESPACE}\n")

@@ -19,7 +19,7 @@ namespace {
 using detail::Json;
 using detail::ObjectReader;
 
-constexpr const char* kFormat = "twang-material/1";
+constexpr const char* kMaterialFormat = "twang-material/1";
 
 Provenance provenance_from(const ObjectReader& reader) {
   Provenance provenance;
@@ -47,7 +47,7 @@ std::string material_to_json(const Material& material) {
   }
   // nlohmann writes what is not finite as null and doubles so that they read back exactly.
   Json json = {
-      {"format", kFormat},
+      {"format", kMaterialFormat},
       {"material", material.material},
       {"youngs_modulus_identified_pa", material.youngs_modulus_identified_pa},
       {"youngs_modulus_identified_sigma_pa", material.youngs_modulus_identified_sigma_pa},
@@ -104,13 +104,15 @@ Material read_material(const std::filesystem::path& path) {
     json = Json::parse(read_file(path));
   } catch (const Json::parse_error& error) {
     throw InputError(fmt::format(
-        "{}: is not valid JSON at byte {}, must be a {} file", file, error.byte, kFormat));
+        "{}: is not valid JSON at byte {}, must be a {} file", file, error.byte, kMaterialFormat));
   }
   if (!json.is_object())
-    throw InputError(fmt::format("{}: holds no JSON object, must be a {} file", file, kFormat));
+    throw InputError(
+        fmt::format("{}: holds no JSON object, must be a {} file", file, kMaterialFormat));
   const ObjectReader reader(json, file, "");
-  if (const std::string format = reader.text("format"); format != kFormat) {
-    throw InputError(fmt::format("{}: format is \"{}\", must be \"{}\"", file, format, kFormat));
+  if (const std::string format = reader.text("format"); format != kMaterialFormat) {
+    throw InputError(
+        fmt::format("{}: format is \"{}\", must be \"{}\"", file, format, kMaterialFormat));
   }
   Material material;
   material.material = reader.text("material");

@@ -12,7 +12,7 @@ namespace {
 using detail::Json;
 using detail::ObjectReader;
 
-constexpr const char* kFormat = "twang-modes/1";
+constexpr const char* kModesFormat = "twang-modes/1";
 
 }  // namespace
 
@@ -26,7 +26,7 @@ std::vector<DampedSinusoid> read_modes(const std::filesystem::path& path) {
   }
   if (!json.is_object()) throw InputError(fmt::format("{}: must be a JSON object", file));
   const ObjectReader reader(json, file, "");
-  if (reader.text("format") != kFormat) reader.fail("format", json.at("format"), kFormat);
+  if (reader.text("format") != kModesFormat) reader.fail("format", json.at("format"), kModesFormat);
   if (reader.has("columns") && !reader.has("modes")) {
     throw InputError(fmt::format(
         "{}: holds several columns, each with modes of its own, must be of one column or --joint",

@@ -238,12 +238,15 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
                               const EigenmodeOptions& options,
                               const Eigen::VectorXd& u) {
   check_count(options, free);
-  const MultigridChoice choice = choose_multigrid(body, free, options);
+  MultigridChoice choice = choose_multigrid(body, free, options);
   if (choice.multigrid) {
     Eigenmodes modes = compute_modes_by_multigrid(body, free, options, u);
-    modes.message += choice.reason;
-    if (modes.usable()) fix_signs(modes.shapes);
-    return modes;
+    if (modes.usable() || !choice.factor_fits) {
+      modes.message += choice.reason;
+      if (modes.usable()) fix_signs(modes.shapes);
+      return modes;
+    }
+    choice.reason = fmt::format(", by Cholesky factor, as by multigrid {}", modes.message);
   }
   FreeProblem problem = make_free_problem(body, free, u);
   const int size = problem.free.size();

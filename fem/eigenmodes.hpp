@@ -43,9 +43,9 @@ struct Eigenmodes {
 /// Each shape's largest entry is positive. Beyond buckling eigenvalues are negative.
 ///
 /// As long as a factor of K fits: ARPACK in shift-invert mode, one factorization and two to three
-/// solves for each mode. On larger voxel meshes of hex8 and hex8e: LOBPCG, preconditioned by one
-/// multigrid cycle, ten to twenty cycles for each mode; its shapes err by about the square root of
-/// the tolerance.
+/// solves for each mode. On larger voxel meshes, and on those of hex20 above 20,000 unknowns, where
+/// it is faster: LOBPCG, preconditioned by one multigrid cycle, ten to twenty cycles for each mode;
+/// its shapes err by about the square root of the tolerance.
 /// @param u  displacement at which the stiffness is taken (a prestressed state), (3 num_nodes) [m];
 /// empty: undeformed
 /// @throws InputError if more modes are wanted than the mesh has free degrees of freedom

@@ -85,6 +85,10 @@ void StiffnessSolverOptions::check() const {
   if (max_coarse_dofs < 1) {
     throw InputError(fmt::format("max_coarse_dofs is {}, must be >= 1", max_coarse_dofs));
   }
+  if (max_quadratic_factor_dofs < 0) {
+    throw InputError(
+        fmt::format("max_quadratic_factor_dofs is {}, must be >= 0", max_quadratic_factor_dofs));
+  }
 }
 
 double estimate_factor_bytes(int num_free_dofs) {
@@ -103,7 +107,7 @@ std::unique_ptr<StiffnessSolver> make_stiffness_solver(const ElasticBody& body,
   } else if (options.kind == StiffnessSolverKind::Automatic && !large) {
     reason = fmt::format("a factor of about {:.2g} GB", gigabytes);
   } else {
-    const std::string fault = voxel_fault(body.mesh());
+    const std::string fault = grid_fault(body.mesh());
     const bool asked = options.kind == StiffnessSolverKind::Multigrid;
     if (fault.empty()) {
       reason = "as asked";

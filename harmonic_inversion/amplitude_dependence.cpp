@@ -22,12 +22,12 @@ using Eigen::VectorXd;
 constexpr double kSinksTo = 3.0;  // of the residual, the amplitude at the end of the last window
 constexpr double kTenth = 0.1;    // of a period, in which its end is looked for
 constexpr double kLeastPeriods = 2.0;
-constexpr double kLeastFall = 0.4;     // of ln A, in a window: a fifth of a decade
-constexpr double kMostWindows = 8.0;   // of one recording
-constexpr double kLeastSurplus = 2.0;  // samples of a window over its unknowns
-constexpr double kRoundOff = 1e-12;    // of f
-constexpr double kCounts = 3.0;        // sigmas from which a trend counts
-constexpr double kNegligible = 1e-4;   // of f, and a hundred times that of d: no trend to speak of
+constexpr double kLeastFall = 0.4;            // of ln A, in a window: a fifth of a decade
+constexpr double kMostWindows = 8.0;          // of one recording
+constexpr double kLeastSurplus = 2.0;         // samples of a window over its unknowns
+constexpr double kFrequencyRoundOff = 1e-12;  // of f
+constexpr double kCounts = 3.0;               // sigmas from which a trend counts
+constexpr double kNegligible = 1e-4;  // of f, and a hundred times that of d: no trend to speak of
 
 /// The strongest mode of an inversion with what overlaps it, which may be no more than its change
 /// with amplitude; all else is taken away from the samples.
@@ -270,7 +270,7 @@ AmplitudeDependence amplitude_dependence(const std::vector<SampleSeries>& series
     const WindowFit& fit = fits[static_cast<std::size_t>(i)];
     window.frequency_sigma_hz = std::sqrt(variance * fit.covariance(0, 0));
     window.decay_sigma_per_s = std::sqrt(variance * fit.covariance(1, 1));
-    const double round_off = kRoundOff * mode.frequency_hz;
+    const double round_off = kFrequencyRoundOff * mode.frequency_hz;
     trends.log_amplitude(i) = std::log(window.amplitude);
     trends.value.row(i) << window.frequency_hz, window.decay_per_s;
     trends.sigma.row(i) << std::max(window.frequency_sigma_hz, round_off),

@@ -21,9 +21,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kJointSigmas = 3.0;  // beyond which a check disagrees
-constexpr double kRelative = 0.02;    // of d, and beyond that too
-constexpr double kRoundOff = 1e-10;   // of the amplitude: the least noise
+constexpr double kJointSigmas = 3.0;   // beyond which a check disagrees
+constexpr double kRelative = 0.02;     // of d, and beyond that too
+constexpr double kLeastNoise = 1e-10;  // of the amplitude
 
 constexpr double kDense = 48.0;  // samples a period; of more than twice as many, means
 
@@ -111,7 +111,7 @@ CheckedSignal prepare(const Trace& trace,
   const double rms = rows.rows() > 0
                          ? std::sqrt(rows.col(3).squaredNorm() / static_cast<double>(rows.rows()))
                          : 0.0;
-  signal.noise = std::max(rms * widening, kRoundOff * signal.amplitude());
+  signal.noise = std::max(rms * widening, kLeastNoise * signal.amplitude());
   return signal;
 }
 

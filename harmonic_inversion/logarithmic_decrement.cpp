@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kTurns = 3.0;              // noises past zero before the next extremum is sought
-constexpr double kStandsOut = 4.0;          // noises above which an extremum counts
+constexpr double kExtremumStandsOut = 4.0;  // noises above which an extremum counts
 constexpr std::size_t kLeast = 4;           // extrema
 constexpr double kReach = 0.125;            // of a period, either side of an extremum
 constexpr double kLeastReach = 1.5;         // samples
@@ -59,7 +59,8 @@ std::vector<Extremum> find_extrema(const CheckedSignal& signal) {
   const auto close = [&] {
     if (sign == 0.0) return;
     const auto extremum = summit(signal, highest, sign);
-    if (extremum && extremum->height > kStandsOut * signal.noise) extrema.push_back(*extremum);
+    if (extremum && extremum->height > kExtremumStandsOut * signal.noise)
+      extrema.push_back(*extremum);
   };
   for (Index i = 0; i < signal.time_s.size(); ++i) {
     const double y = signal.mode_alone(i);
@@ -174,7 +175,7 @@ std::vector<LocalFit> fit_about_all(const CheckedSignal& signal,
   std::vector<LocalFit> fits;
   double sign = first_sign;
   for (double at_s = guess.first_s; at_s <= last_s; at_s += 0.5 / guess.frequency_hz) {
-    if (std::exp(guess.log_amplitude.at(at_s)) < kStandsOut * signal.noise) break;
+    if (std::exp(guess.log_amplitude.at(at_s)) < kExtremumStandsOut * signal.noise) break;
     if (const auto fit = fit_about(signal, guess, at_s, sign, step_s)) fits.push_back(*fit);
     sign = -sign;
   }

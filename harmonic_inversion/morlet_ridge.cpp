@@ -31,10 +31,10 @@ constexpr double kSpacing = 0.5;  // τ between two points of the ridge
 constexpr double kMostPoints = 64.0;
 constexpr double kLeastSpan = 1.5;  // τ, of the ridge
 constexpr Index kLeastPoints = 4;
-constexpr double kStandsOut = 5.0;    // noises of W above which |W| counts
-constexpr double kLeak = 1e-3;        // of |W|, from another mode; or
-constexpr double kLeakInNoise = 0.2;  // of the noise of W
-constexpr double kFullness = 0.5;     // of the samples that an even record has under a wavelet
+constexpr double kRidgeStandsOut = 5.0;  // noises of W above which |W| counts
+constexpr double kLeak = 1e-3;           // of |W|, from another mode; or
+constexpr double kLeakInNoise = 0.2;     // of the noise of W
+constexpr double kFullness = 0.5;        // of the samples that an even record has under a wavelet
 
 /// W at one time: a sum of samples with complex weights.
 struct Point {
@@ -120,7 +120,7 @@ class Transform {
     // Of one of the two parts of W, which share the noise.
     const double noise = m_signal.noise * point.weights.norm() / std::sqrt(2.0);
     const double own = foretold(0, time_s);
-    if (own < kStandsOut * noise || std::abs(point.value) == 0.0) return {};
+    if (own < kRidgeStandsOut * noise || std::abs(point.value) == 0.0) return {};
     double leak = 0.0;
     for (std::size_t k = 1; k < m_signal.modes.size(); ++k) leak += foretold(k, time_s);
     if (leak > std::max(kLeak * own, kLeakInNoise * noise)) return {};

@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// A spectral line stands out when it is this many times the median of the spectrum.
-constexpr double kStandsOut = 5.0;
+constexpr double kPeakStandsOut = 5.0;
 /// A peak is prominent when it is this many times what parts it from a higher one.
 constexpr double kProminent = 3.0;
 /// Bins beside a line that belong to it.
@@ -108,7 +108,7 @@ std::vector<Band> prominent_bands(const EvenSeries& signal, const Band& band_hz)
   }
   const BandSpectrum spectrum = spectrum_in_band(std::move(tapered), signal.step_s, band_hz);
   const std::vector<double>& height = spectrum.magnitude;
-  const double threshold = kStandsOut * median(height);
+  const double threshold = kPeakStandsOut * median(height);
   const std::vector<double> left = lowest_before(height);
   std::vector<double> right = lowest_before({height.rbegin(), height.rend()});
   std::reverse(right.begin(), right.end());
@@ -130,7 +130,7 @@ std::vector<Band> interesting_bands(const EvenSeries& signal, const Band& band_h
   const BandSpectrum spectrum = spectrum_in_band(signal.value, signal.step_s, band_hz);
   const std::vector<double>& magnitude = spectrum.magnitude;
   if (magnitude.size() < 8) return {band_hz};
-  const double threshold = kStandsOut * median(magnitude);
+  const double threshold = kPeakStandsOut * median(magnitude);
   std::vector<Band> bands;
   for (std::size_t k = 0; k < magnitude.size(); ++k) {
     if (magnitude[k] >= threshold) add_band(spectrum, k, k, band_hz, bands);

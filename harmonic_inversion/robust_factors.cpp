@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "harmonic_inversion/robust_factors.hpp"
 
+#include "harmonic_inversion/sample_scatter.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -18,8 +20,6 @@ constexpr double kRecordsPerAlarm = 10.0;
 constexpr Index kNeighbours = 40;
 /// Above this part of the samples it is not outliers but the model that is wrong.
 constexpr double kMaxPart = 0.05;
-/// The median of |x| of a normal distribution, in its standard deviations.
-constexpr double kMedianOfNormal = 0.6744897501960817;
 
 double scatter_of(std::vector<double> magnitude) {
   const auto middle = magnitude.begin() + static_cast<std::ptrdiff_t>(magnitude.size() / 2);

@@ -11,8 +11,6 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The median of |x| of a normal distribution, in its standard deviations.
-constexpr double kMedianOfNormal = 0.6744897501960817;
 /// Variances of less spread than this are all the same: weights by them gain 1e-5 of a sigma.
 constexpr double kSameVariance = 1.01;
 constexpr double kStep = 1e-12;  // of the extra variance, at which the iteration stops

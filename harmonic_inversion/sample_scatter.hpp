@@ -7,6 +7,9 @@
 
 namespace twang {
 
+/// The median of |x| of a normal distribution, in its standard deviations.
+inline constexpr double kMedianOfNormal = 0.6744897501960817;
+
 /// By how much the samples of a channel scatter, their stated standard deviations sigma_i, and what
 /// the residual shows beyond them, taken together:
 ///

@@ -21,7 +21,7 @@ constexpr double kFinalStep = 1e-14;
 constexpr int kTrialIterations = 20;
 constexpr int kFinalIterations = 200;
 /// Round-off of a sample, and of its phase per half turn of the fastest sinusoid up to then.
-constexpr double kRoundOff = 4e-15;
+constexpr double kSampleRoundOff = 4e-15;
 constexpr double kPhaseRoundOff = 2e-16;
 /// A fit with a residual below this part of the signal is worth polishing before it is judged.
 constexpr double kNearlyExact = 1e-4;
@@ -39,8 +39,8 @@ WeightedData::WeightedData(const std::vector<SampleSeries>& series, double step_
   for (const SampleSeries& s : series) {
     const double spread = std::sqrt((s.value.array() - s.value.mean()).square().mean());
     const double half_turns = s.time_s(s.time_s.size() - 1) / step_s;
-    const double floor =
-        (kRoundOff + kPhaseRoundOff * half_turns) * std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
+    const double floor = (kSampleRoundOff + kPhaseRoundOff * half_turns) *
+                         std::max(s.value.cwiseAbs().maxCoeff(), 1e-300);
     m_floor.push_back(floor);
     m_scatter.push_back({s.sigma.size() > 0 ? 1.0 : 0.0, std::max(spread, floor)});
     m_weights.push_back(

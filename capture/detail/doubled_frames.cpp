@@ -28,9 +28,10 @@ constexpr std::size_t kMinWitnesses = 8;
 constexpr double kUsual = 0.75;  // quantile: up to two frames of three may be repeats
 constexpr double kAlive = 0.1;   // usual share of unequal pixels from which noise can be missed
 // Where a coder takes most of it away, it takes more of some pictures than of others.
-constexpr double kClear = 0.4;     // usual share from which a picture without it is a repeat
-constexpr double kMissing = 0.25;  // of the usual share; repeats hardly ever reach a tenth of it
-constexpr double kPresent = 0.5;   // of the usual share; other frames hardly ever stay below 0.6
+constexpr double kClear = 0.4;  // usual share from which a picture without it is a repeat
+constexpr double kMissingShare =
+    0.25;                         // of the usual share; repeats hardly ever reach a tenth of it
+constexpr double kPresent = 0.5;  // of the usual share; other frames hardly ever stay below 0.6
 constexpr std::size_t kLongestRun = 4;  // of frames without the noise that all are repeats
 constexpr double kSome = 0.1;           // of the frames, that may lie between the two
 
@@ -63,7 +64,7 @@ bool is_steady(const std::vector<float>& shares, double usual_share) {
   const double present = usual(shares);
   if (present < kPresent * usual_share) return false;
   const auto between = std::count_if(shares.begin(), shares.end(), [&](float share) {
-    return share > kMissing * present && share < kPresent * present;
+    return share > kMissingShare * present && share < kPresent * present;
   });
   return static_cast<double>(between) <= kSome * static_cast<double>(shares.size());
 }
@@ -140,7 +141,7 @@ std::vector<Likeness> DoubledFrames::decide() const {
     if (std::abs(change.brightness) > kSameLight) continue;
     const Noise noise = noise_around(n);
     if (noise.usual >= kAlive && change.unequal > kPresent * noise.usual) continue;
-    const bool missing = noise.steady && change.unequal < kMissing * noise.usual;
+    const bool missing = noise.steady && change.unequal < kMissingShare * noise.usual;
     likeness[n] = missing ? Likeness::Same : Likeness::Alike;
   }
   // A film that freezes repeats itself to the last pixel; a coder that drops the noise for a while

@@ -26,7 +26,7 @@ constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
 constexpr double kSpeaks = 1.0;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
-constexpr double kNear = 4.0;        // standard errors within which a sample is where it should be
+constexpr double kOnPath = 4.0;      // standard errors within which a sample is where it should be
 constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
 constexpr std::size_t kAround = 12;  // frames on either side that say
 constexpr double kEnough = 0.55;     // how many of the moving must differ
@@ -297,7 +297,7 @@ class RepeatFinder {
     if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
     return (missing > path.stood || says > kSpeaks) && std::abs(done) < kStands * missing &&
            off * off - moved * moved + 2.0 * says > kAway * kAway &&
-           std::abs(then.at - path.at(origin)) < std::max(kNear * then.error, kThen * missing);
+           std::abs(then.at - path.at(origin)) < std::max(kOnPath * then.error, kThen * missing);
   }
 
   /// Whether the pictures that are alike, taken for honest ones too, leave the frame where it is:

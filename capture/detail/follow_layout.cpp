@@ -17,11 +17,11 @@ namespace {
 constexpr double kAlikeSize = 1.4;  // ratio of sizes up to which markers can be confused
 // Price of a marker without a place, and of a place that looks like one and is none's: above any
 // allowed place's, or all dots of a row that jumps by a column but the last would be its neighbour.
-constexpr double kMissing = 80.0;
-constexpr double kClearly = 9.0;  // a likelihood ratio of e^4.5
-constexpr double kSurely = 20.0;  // while others may still tell more
-constexpr double kApart = 0.5;    // of two markers' centres, in sizes
-constexpr double kPaper = 1.2;    // nearer than that one marker's paper covers the other
+constexpr double kUnfoundCost = 80.0;
+constexpr double kClearly = 9.0;       // a likelihood ratio of e^4.5
+constexpr double kSurely = 20.0;       // while others may still tell more
+constexpr double kMarkersApart = 0.5;  // of two markers' centres, in sizes
+constexpr double kPaper = 1.2;         // nearer than that one marker's paper covers the other
 constexpr double kNearerThanAtRest = 0.8;
 constexpr double kSureCompanion = 0.7;  // sigma up to which companions are asked first, in sizes
 constexpr double kBesideCompanionSizes = 0.4;
@@ -93,7 +93,7 @@ bool LayoutFollower::clear(std::size_t i, const Finding& finding) const {
   for (std::size_t k = 0; k < m_followers.size(); ++k) {
     if (k == i) continue;
     const std::optional<Finding>& found = m_states[k].found;
-    if (found && (found->px() - finding.px()).norm() < kApart * size) return false;
+    if (found && (found->px() - finding.px()).norm() < kMarkersApart * size) return false;
     if (!alike(i, k)) continue;
     const double other = m_followers[k].cost(finding.px(), m_states[k].companion);
     if (other > own + kClearly) continue;
@@ -113,7 +113,7 @@ void LayoutFollower::withdraw_doubtful() {
     for (std::size_t k = 0; k < i; ++k) {
       if (!m_states[k].found) continue;
       const double distance = (m_states[i].found->px() - m_states[k].found->px()).norm();
-      const bool same = distance < kApart * m_followers[i].size_px();
+      const bool same = distance < kMarkersApart * m_followers[i].size_px();
       if (same || (alike(i, k) && swappable(i, k))) {
         doubtful.push_back(i);
         doubtful.push_back(k);
@@ -240,7 +240,7 @@ void LayoutFollower::assign_group(const LumaFrame& frame,
   };
   for (const std::size_t i : group) {
     State& state = m_states[i];
-    const double apart_px = kApart * m_followers[i].size_px();
+    const double apart_px = kMarkersApart * m_followers[i].size_px();
     if (!std::exchange(state.searched, true)) {
       const char* why = nullptr;
       for (const Finding& finding : m_followers[i].look_around(frame, state.companion, why)) {
@@ -263,7 +263,8 @@ void LayoutFollower::assign_group(const LumaFrame& frame,
     for (std::size_t p = 0; p < places.size(); ++p) {
       if (!std::isfinite(follower.cost(places[p], m_states[group[g]].companion))) continue;
       Finding finding = follower.look_at(frame, places[p]);
-      if (!finding.good() || (finding.px() - places[p]).norm() > kApart * follower.size_px()) {
+      if (!finding.good() ||
+          (finding.px() - places[p]).norm() > kMarkersApart * follower.size_px()) {
         continue;
       }
       cost(static_cast<Eigen::Index>(g), static_cast<Eigen::Index>(p)) =
@@ -283,7 +284,7 @@ void LayoutFollower::assign_group(const LumaFrame& frame,
           2.0 * std::log(kTwoPi * kStrangerSigma * kStrangerSigma);
     }
   }
-  const Assignment assignment = assign_markers_with_margins(cost, kMissing);
+  const Assignment assignment = assign_markers_with_margins(cost, kUnfoundCost);
   for (std::size_t g = 0; g < group.size(); ++g) {
     State& state = m_states[group[g]];
     if (assignment.place[g] < 0) continue;
@@ -310,7 +311,7 @@ void LayoutFollower::withdraw_covered() {
       const bool known = m_states[k].found.has_value();
       const double sum = m_followers[i].size_px() + m_followers[k].size_px();
       const double apart = 0.5 * kPaper * sum;
-      if (!known && m_followers[k].forecast().sigma_px > 0.5 * kApart * sum) continue;
+      if (!known && m_followers[k].forecast().sigma_px > 0.5 * kMarkersApart * sum) continue;
       const Eigen::Vector2d& other = known ? m_states[k].found->px() : m_followers[k].forecast().px;
       const double distance = (m_states[i].found->px() - other).norm();
       const double at_rest = (m_followers[i].rest_px() - m_followers[k].rest_px()).norm();

@@ -22,7 +22,7 @@ constexpr double kLeastScore = 0.5;
 constexpr double kContrastRange = 2.0;  // factor about the usual contrast, either way
 constexpr double kMostSigma_px = 0.5;
 constexpr double kMostTurn_rad = 25.0 * kRadiansPerDegree;  // between frames
-constexpr double kApart = 0.5;                              // of two findings, in sizes
+constexpr double kFindingsApart = 0.5;                      // of two findings, in sizes
 constexpr double kReachSlack = 1.05;                        // a free vibration does not grow
 constexpr double kReachSlackSizes = 0.3;
 constexpr double kWidestGate = 4.0;  // in sizes
@@ -115,7 +115,7 @@ const char* MarkerFollower::doubt(const MarkerAlignment& found) const {
 MarkerFollower::Finding MarkerFollower::first_look(const LumaFrame& frame,
                                                    const Eigen::Vector2d& at) const {
   AlignOptions options;
-  options.farthest_px = kApart * m_size_px + 1.0;
+  options.farthest_px = kFindingsApart * m_size_px + 1.0;
   Finding best{align_marker(frame, m_marker, {at, m_px_from_pattern, {0.0, 0.0}}, options),
                nullptr};
   options.fit_motion = true;
@@ -229,7 +229,7 @@ std::vector<MarkerFollower::Finding> MarkerFollower::look_around(
       continue;
     }
     const bool known = std::any_of(good.begin(), good.end(), [&](const Finding& other) {
-      return (other.px() - finding.px()).norm() < kApart * m_size_px;
+      return (other.px() - finding.px()).norm() < kFindingsApart * m_size_px;
     });
     if (!known) good.push_back(std::move(finding));
   }

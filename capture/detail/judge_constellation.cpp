@@ -16,7 +16,7 @@ namespace twang::detail {
 namespace {
 
 // Price of a marker that is not there: above that of any candidate allowed to be it.
-constexpr double kMissing = 30.0;
+constexpr double kMissingCost = 30.0;
 constexpr double kFarthest = 12.0;      // largest squared deviation of one that is
 constexpr double kSigmaSize = 0.12;     // of the size, relative: print, perspective, blur
 constexpr double kSigmaScore = 0.06;    // of one minus the score
@@ -144,7 +144,7 @@ Constellation ConstellationJudge::assign(const Homography& map, double slack) co
           deviation(i, static_cast<int>(c), due[i], slack * kSigmaPlace);
     }
   }
-  Constellation result{assign_markers(cost, kMissing).place, map, 0.0, 0};
+  Constellation result{assign_markers(cost, kMissingCost).place, map, 0.0, 0};
   result.num_matched = static_cast<int>(std::count_if(
       result.candidate.begin(), result.candidate.end(), [](int c) { return c >= 0; }));
   return result;
@@ -176,7 +176,7 @@ double ConstellationJudge::cost(const Constellation& found) const {
   for (std::size_t i = 0; i < m_markers.size(); ++i) {
     const int c = found.candidate[i];
     if (c < 0) {
-      sum += kMissing;
+      sum += kMissingCost;
       continue;
     }
     sum += looks(i, c, due[i].px_per_m);

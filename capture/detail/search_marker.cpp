@@ -13,7 +13,7 @@ namespace {
 // Half the side of the picture that is correlated, in sizes: the marker and a rim of paper.
 constexpr double kHalfSide = 0.6;
 constexpr std::size_t kMostPeaks = 16;
-constexpr double kApart = 0.5;  // peaks, in sizes
+constexpr double kPeaksApart = 0.5;  // peaks, in sizes
 // A picture is made smaller before it is searched as long as the marker keeps this size in it.
 constexpr double kSmallest_px = 10.0;
 constexpr int kMostShrink = 4;
@@ -135,7 +135,8 @@ std::vector<MarkerPeak> MarkerSearch::everywhere(const Eigen::Vector2d& middle_p
   if (area.width() < m_drawn.cols || area.height() < m_drawn.rows) return {};
   cv::Mat match;
   cv::matchTemplate(pixels_of(m_frame, area), m_drawn, match, cv::TM_CCOEFF_NORMED);
-  std::vector<MarkerPeak> peaks = peaks_of(match, least, std::max(1.0, kApart * m_size_px), most);
+  std::vector<MarkerPeak> peaks =
+      peaks_of(match, least, std::max(1.0, kPeaksApart * m_size_px), most);
   for (MarkerPeak& peak : peaks) {
     peak.position_px += Eigen::Vector2d(area.x0 + half, area.y0 + half);
   }
@@ -164,7 +165,7 @@ std::vector<MarkerPeak> MarkerSearch::coarse_to_fine(const Eigen::Vector2d& midd
              0,
              cv::INTER_AREA);
   cv::matchTemplate(small, drawn, match, cv::TM_CCOEFF_NORMED);
-  const double apart = std::max(1.0, kApart * m_size_px / by);
+  const double apart = std::max(1.0, kPeaksApart * m_size_px / by);
   std::vector<MarkerPeak> peaks;
   for (const MarkerPeak& coarse : peaks_of(match, least - kShrinkLoss, apart, kMostCoarsePeaks)) {
     const Eigen::Vector2d at = Eigen::Vector2d(area.x0, area.y0).array() +

@@ -8,9 +8,9 @@
 namespace twang::detail {
 namespace {
 
-constexpr double kApart = 0.5;       // of two things' centres, in sizes
-constexpr double kLookAlike = 0.75;  // correlation of a thing that could be taken for a marker
-constexpr double kLookAround = 6.0;  // for such things, in sizes
+constexpr double kThingsApart = 0.5;  // of two things' centres, in sizes
+constexpr double kLookAlike = 0.75;   // correlation of a thing that could be taken for a marker
+constexpr double kLookAround = 6.0;   // for such things, in sizes
 
 }  // namespace
 
@@ -24,7 +24,7 @@ std::vector<Stranger> find_strangers(const LumaFrame& frame,
   });
   std::vector<Stranger> strangers;
   for (std::size_t i = 0; i < followers.size(); ++i) {
-    const double apart_px = kApart * followers[i].size_px();
+    const double apart_px = kThingsApart * followers[i].size_px();
     for (const Eigen::Vector2d& px : look_alikes[i]) {
       bool a_marker = false;
       for (std::size_t k = 0; k < followers.size(); ++k) {

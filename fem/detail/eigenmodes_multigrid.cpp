@@ -4,8 +4,8 @@
 #include "core/dense_algebra.hpp"
 #include "core/error.hpp"
 #include "fem/detail/first_lambda.hpp"
+#include "fem/detail/grid_problem.hpp"
 #include "fem/detail/lobpcg.hpp"
-#include "fem/detail/multigrid_solver.hpp"
 #include "fem/detail/rigid_modes.hpp"
 #include "fem/detail/shift_invert_lanczos.hpp"
 
@@ -39,18 +39,18 @@ constexpr double kStartTolerance = 1e-4;
 
 int num_guards(int count) { return std::max(kMinGuards, count / kGuardsPart); }
 
-VectorXd random_vector(const VoxelBody& voxels, unsigned seed) {
+VectorXd random_vector(const GridProblem& problem, unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  VectorXd v(voxels.size());
+  VectorXd v(problem.size());
   for (Eigen::Index i = 0; i < v.size(); ++i) {
     const double value = uniform(generator);
-    v[i] = voxels.held()[static_cast<std::size_t>(i)] != 0 ? 0.0 : value;
+    v[i] = problem.held()[static_cast<std::size_t>(i)] != 0 ? 0.0 : value;
   }
   return v;
 }
 
-MatrixXd apply_to_all(const VoxelOperator& A, const MatrixXd& X) {
+MatrixXd apply_to_all(const LinearMap& A, const MatrixXd& X) {
   MatrixXd product(X.rows(), X.cols());
   for (Eigen::Index k = 0; k < X.cols(); ++k) product.col(k) = A(X.col(k));
   return product;
@@ -61,52 +61,48 @@ MatrixXd apply_to_all(const VoxelOperator& A, const MatrixXd& X) {
 MatrixXd rigid_modes(const ElasticBody& body,
                      const FreeDofs& free,
                      const VectorXd& u,
-                     const VoxelBody& voxels,
-                     const VoxelOperator& K,
-                     const VoxelOperator& M) {
+                     const GridProblem& problem,
+                     const LinearMap& K,
+                     const LinearMap& M) {
   const MatrixXd motions = rigid_motions(body.mesh(), free, u);
-  MatrixXd R(voxels.size(), motions.cols());
-  for (Eigen::Index k = 0; k < R.cols(); ++k) R.col(k) = voxels.from_full(motions.col(k));
+  MatrixXd R(problem.size(), motions.cols());
+  for (Eigen::Index k = 0; k < R.cols(); ++k) R.col(k) = problem.from_full(motions.col(k));
   if (R.cols() == 0) return R;
   R = orthonormalized(R, R.transpose() * apply_to_all(M, R));
-  const VectorXd v = random_vector(voxels, 1);
+  const VectorXd v = random_vector(problem, 1);
   const double scale = K(v).norm() / v.norm() * R.norm();
-  if (apply_to_all(K, R).norm() > kRigidResidual * scale) R.resize(voxels.size(), 0);
+  if (apply_to_all(K, R).norm() > kRigidResidual * scale) R.resize(problem.size(), 0);
   return R;
 }
 
 /// Modes of the coarsest grid on the finest, then random vectors smoothed by a cycle.
-MatrixXd start_block(Multigrid& multigrid,
-                     const VoxelBody& voxels,
-                     const VoxelOperator& M,
-                     double sigma,
-                     int num_rigid,
-                     int count) {
+MatrixXd start_block(
+    GridProblem& problem, const LinearMap& M, double sigma, int num_rigid, int count) {
   const int wanted = count + num_guards(count);
-  int num_coarse = std::min(wanted + num_rigid, multigrid.coarsest_dofs() / 3);
+  int num_coarse = std::min(wanted + num_rigid, problem.coarsest_dofs() / 3);
   MatrixXd coarse;
   if (num_coarse > num_rigid) {
-    const SparseMatrix coarse_mass = multigrid.coarsest_matrix({0.0, 0.0, 1.0});
-    ShiftedProblem problem;
-    problem.size = multigrid.coarsest_dofs();
-    problem.sigma = -sigma;
-    problem.known.resize(problem.size, 0);
-    problem.apply_mass = [&](const VectorXd& x) { return VectorXd(coarse_mass * x); };
-    problem.apply_solver = [&](const VectorXd& x) { return multigrid.solve_coarsest(x); };
-    const LanczosResult found = find_smallest(problem, num_coarse, kStartTolerance);
+    const SparseMatrix coarse_mass = problem.coarsest_matrix({0.0, 0.0, 1.0});
+    ShiftedProblem shifted;
+    shifted.size = problem.coarsest_dofs();
+    shifted.sigma = -sigma;
+    shifted.known.resize(shifted.size, 0);
+    shifted.apply_mass = [&](const VectorXd& x) { return VectorXd(coarse_mass * x); };
+    shifted.apply_solver = [&](const VectorXd& x) { return problem.solve_coarsest(x); };
+    const LanczosResult found = find_smallest(shifted, num_coarse, kStartTolerance);
     if (found.termination == Termination::Converged) coarse = found.vectors;
   }
   num_coarse = std::max(0, static_cast<int>(coarse.cols()) - num_rigid);
-  MatrixXd start(voxels.size(), wanted + kRandomGuards);
+  MatrixXd start(problem.size(), wanted + kRandomGuards);
   for (int k = 0; k < start.cols(); ++k) {
     start.col(k) = k < num_coarse
-                       ? multigrid.prolong_from_coarsest(coarse.col(num_rigid + k))
-                       : multigrid.cycle(M(random_vector(voxels, 2 + static_cast<unsigned>(k))));
+                       ? problem.prolong_from_coarsest(coarse.col(num_rigid + k))
+                       : problem.cycle(M(random_vector(problem, 2 + static_cast<unsigned>(k))));
   }
   return start;
 }
 
-double largest_residual(const VoxelOperator& K, const VoxelOperator& M, const LobpcgResult& found) {
+double largest_residual(const LinearMap& K, const LinearMap& M, const LobpcgResult& found) {
   double largest = 0.0;
   for (Eigen::Index k = 0; k < found.lambda.size(); ++k) {
     const VectorXd K_phi = K(found.vectors.col(k));
@@ -123,23 +119,32 @@ MultigridChoice choose_multigrid(const ElasticBody& body,
                                  const EigenmodeOptions& options) {
   const StiffnessSolverOptions& solver = options.solver;
   const bool asked = solver.kind == StiffnessSolverKind::Multigrid;
-  if (solver.kind == StiffnessSolverKind::Factor) return {false, ", by Cholesky factor as asked"};
+  if (solver.kind == StiffnessSolverKind::Factor)
+    return {false, false, ", by Cholesky factor as asked"};
   const double bytes = estimate_factor_bytes(free.size());
-  if (!asked && bytes <= solver.max_factor_bytes) return {false, ", by Cholesky factor"};
-  const std::string large = fmt::format("a factor would take about {:.2g} GB", 1e-9 * bytes);
+  const bool too_large = bytes > solver.max_factor_bytes;
+  const bool slow =
+      body.mesh().kind == ElementKind::Hex20 && free.size() > solver.max_quadratic_factor_dofs;
+  if (!asked && !too_large && !slow) return {false, false, ", by Cholesky factor"};
+  const std::string why = too_large
+                              ? fmt::format("a factor would take about {:.2g} GB", 1e-9 * bytes)
+                              : std::string("sooner than a factor of such elements");
   const int block = options.count + num_guards(options.count) + kRandomGuards;
-  std::string fault = voxel_fault(body.mesh());
+  std::string fault = grid_fault(body.mesh());
   if (fault.empty() && block > free.size() / kLeastDofsPerVector) {
     fault = "too many modes are wanted of it";
   }
   if (fault.empty()) {
-    return {true, asked ? ", by multigrid as asked" : fmt::format(", by multigrid: {}", large)};
+    return {true,
+            !asked && !too_large,
+            asked ? ", by multigrid as asked" : fmt::format(", by multigrid: {}", why)};
   }
   if (asked) throw InputError(fmt::format("multigrid does not fit the mesh: {}", fault));
-  return {
-      false,
-      fmt::format(
-          ", by Cholesky factor: {}, but on this mesh there is no multigrid: {}", large, fault)};
+  if (!too_large) return {false, false, ", by Cholesky factor"};
+  return {false,
+          false,
+          fmt::format(
+              ", by Cholesky factor: {}, but on this mesh there is no multigrid: {}", why, fault)};
 }
 
 Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
@@ -149,30 +154,30 @@ Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
   Eigenmodes modes;
   modes.solver = StiffnessSolverKind::Multigrid;
   report_progress(options.progress, {"preparing the multigrid", 0.0, 0.0});
-  const VoxelBody voxels(body, free);
-  const VoxelOperator K(body, voxels, {1.0, 0.0, 0.0}, u);
-  const VoxelOperator M(body, voxels, {0.0, 0.0, 1.0}, {});
+  const std::unique_ptr<GridProblem> problem =
+      make_grid_problem(body, free, options.solver.max_coarse_dofs);
+  const LinearMap K = problem->matrix({1.0, 0.0, 0.0}, u);
+  const LinearMap M = problem->matrix({0.0, 0.0, 1.0}, {});
   const int num_movable = static_cast<int>(rigid_motions(body.mesh(), free, u).cols());
-  const MatrixXd rigid = rigid_modes(body, free, u, voxels, K, M);
+  const MatrixXd rigid = rigid_modes(body, free, u, *problem, K, M);
   const int num_rigid = std::min(options.count, static_cast<int>(rigid.cols()));
   const int num_sought = options.count - num_rigid;
 
   const double sigma = num_movable > 0 ? estimate_first_lambda(body) : 0.0;
-  Multigrid multigrid(voxels, options.solver.max_coarse_dofs);
-  if (multigrid.prepare({1.0, 0.0, sigma}) != SolveStatus::Ok) {
+  if (problem->prepare({1.0, 0.0, sigma}) != SolveStatus::Ok) {
     modes.termination = Termination::NumericalFailure;
     modes.message = "the multigrid could not be prepared: its matrices are not positive definite";
     return modes;
   }
   LobpcgResult found;
   found.termination = Termination::Converged;
-  found.vectors.resize(voxels.size(), 0);
+  found.vectors.resize(problem->size(), 0);
   if (num_sought > 0) {
-    PreconditionedProblem problem;
-    problem.apply_stiffness = [&](const VectorXd& x) { return K(x); };
-    problem.apply_mass = [&](const VectorXd& x) { return M(x); };
-    problem.precondition = [&](const VectorXd& x) { return multigrid.cycle(x); };
-    problem.known = rigid;
+    PreconditionedProblem block;
+    block.apply_stiffness = [&](const VectorXd& x) { return K(x); };
+    block.apply_mass = [&](const VectorXd& x) { return M(x); };
+    block.precondition = [&](const VectorXd& x) { return problem->cycle(x); };
+    block.known = rigid;
     LobpcgOptions lobpcg;
     lobpcg.count = num_sought;
     lobpcg.tolerance = kGapMargin * options.tolerance;
@@ -181,7 +186,7 @@ Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
                       {"finding eigenmodes", static_cast<double>(iteration), 0.0});
     };
     found = find_smallest_preconditioned(
-        problem, start_block(multigrid, voxels, M, sigma, num_movable, num_sought), lobpcg);
+        block, start_block(*problem, M, sigma, num_movable, num_sought), lobpcg);
   }
   modes.termination = found.termination;
   modes.message = found.message;
@@ -190,7 +195,7 @@ Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
 
   modes.lambda_per_s2 = VectorXd::Zero(options.count);
   modes.lambda_per_s2.tail(num_sought) = found.lambda;
-  MatrixXd all(voxels.size(), options.count);
+  MatrixXd all(problem->size(), options.count);
   all << rigid.leftCols(num_rigid), found.vectors;
   modes.max_residual = largest_residual(K, M, found);
   modes.max_orthonormality_error =
@@ -198,7 +203,7 @@ Eigenmodes compute_modes_by_multigrid(const ElasticBody& body,
           .cwiseAbs()
           .maxCoeff();
   modes.shapes.resize(body.mesh().num_dofs(), options.count);
-  for (int k = 0; k < options.count; ++k) modes.shapes.col(k) = voxels.to_full(all.col(k));
+  for (int k = 0; k < options.count; ++k) modes.shapes.col(k) = problem->to_full(all.col(k));
   return modes;
 }
 

@@ -10,6 +10,7 @@ namespace twang {
 /// Which way the modes are found, and why, as an end of a sentence.
 struct MultigridChoice {
   bool multigrid = false;
+  bool factor_fits = false;  ///< where multigrid fails, a factor is left
   std::string reason;
 };
 /// @throws InputError if multigrid is asked for on a mesh that is no regular grid

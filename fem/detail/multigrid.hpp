@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fem/detail/chebyshev_smoother.hpp"
 #include "fem/detail/coarse_grid.hpp"
 #include "fem/detail/voxel_body.hpp"
 #include "fem/linear_solver.hpp"
@@ -16,8 +17,7 @@ namespace twang {
 /// symmetric and positive definite where A is.
 ///
 /// The finest level multiplies without a matrix; each coarser one has cells twice as large, with
-/// Galerkin's matrices; the coarsest is solved directly. Smoothing is by Chebyshev polynomials of
-/// D^-1 A, D being its 3 x 3 diagonal blocks [Adams, Brezina, Hu, Tuminaro 2003].
+/// Galerkin's matrices; the coarsest is solved directly.
 class Multigrid {
  public:
   /// Keeps a reference to `body`.
@@ -42,18 +42,15 @@ class Multigrid {
  private:
   struct Level {
     const TypedGrid* cells = nullptr;
-    std::vector<float> matrices;       ///< (24 x 24) of each type, coarse levels alone
-    Eigen::ArrayXXf inverse_diagonal;  ///< (num_nodes x 6): 00 10 20 11 21 22
-    float largest = 1.0F;              ///< estimated largest eigenvalue of D^-1 A
-    Eigen::VectorXf x, r, step;
+    std::vector<float> matrices;  ///< (24 x 24) of each type, coarse levels alone
+    std::unique_ptr<ChebyshevSmoother> smoother;
 
     [[nodiscard]] int num_nodes() const { return cells->grid.num_nodes(); }
   };
   void add_product(const Level& level, float scale, const float* x, float* y) const;
-  [[nodiscard]] bool invert_diagonal(Level& level, const std::vector<Eigen::MatrixXd>& matrices);
-  [[nodiscard]] float estimate_largest(Level& level) const;
-  void precondition_step(Level& level, float keep, float add) const;
-  void smooth(Level& level, bool residual_wanted) const;
+  [[nodiscard]] static Eigen::ArrayXXd diagonal_blocks(
+      const Level& level, const std::vector<Eigen::MatrixXd>& matrices);
+  [[nodiscard]] ChebyshevSmoother::Product product_of(const Level& level) const;
   void cycle_from(std::size_t index);
   [[nodiscard]] std::vector<Eigen::MatrixXd> fine_matrices(const StiffnessCombination& of) const;
   [[nodiscard]] SparseMatrix assemble_coarsest(const std::vector<Eigen::MatrixXd>& matrices) const;

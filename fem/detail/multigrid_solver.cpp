@@ -10,47 +10,18 @@
 
 namespace twang {
 
-VoxelOperator::VoxelOperator(const ElasticBody& body,
-                             const VoxelBody& voxels,
-                             const StiffnessCombination& of,
-                             const Eigen::VectorXd& u)
-    : m_body(body), m_voxels(voxels), m_of(of) {
-  const bool deformed =
-      u.size() > 0 && u.cwiseAbs().maxCoeff() > 0.0 && body.model() != ConstitutiveModel::Linear;
-  if (deformed) m_u = u;
-  m_moduli = voxels.moduli<double>(deformed ? StiffnessCombination{0.0, 0.0, of.mass} : of);
-}
-
-Eigen::VectorXd VoxelOperator::operator()(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(x.size());
-  if (m_u.size() > 0) {
-    const Eigen::VectorXd w = m_voxels.to_full(x);
-    Eigen::VectorXd full = Eigen::VectorXd::Zero(x.size());
-    if (m_of.stiffness != 0.0) full += m_of.stiffness * m_body.stiffness_product(m_u, w);
-    if (m_of.damping != 0.0) full += m_of.damping * m_body.stiffness_damping_force(m_u, w);
-    y = m_voxels.from_full(full);
-  }
-  m_voxels.add_product(m_moduli, 1.0, x.data(), y.data());
-  m_voxels.add_point_masses(m_of.mass, x, y);
-  return y;
-}
-
 MultigridSolver::MultigridSolver(const ElasticBody& body,
                                  const FreeDofs& free,
                                  const StiffnessSolverOptions& options,
                                  std::string reason)
-    : m_body(body),
-      m_options(options),
+    : m_options(options),
       m_reason(std::move(reason)),
-      m_voxels(body, free),
-      m_multigrid(m_voxels, options.max_coarse_dofs) {}
+      m_problem(make_grid_problem(body, free, options.max_coarse_dofs)) {}
 
 SolveStatus MultigridSolver::prepare(const StiffnessCombination& of, const Eigen::VectorXd& u) {
-  m_operator.reset();
-  const SolveStatus status = m_multigrid.prepare(of);
-  if (status == SolveStatus::Ok) {
-    m_operator = std::make_unique<VoxelOperator>(m_body, m_voxels, of, u);
-  }
+  m_matrix = {};
+  const SolveStatus status = m_problem->prepare(of);
+  if (status == SolveStatus::Ok) m_matrix = m_problem->matrix(of, u);
   return status;
 }
 
@@ -61,12 +32,12 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
   x = Eigen::VectorXd::Zero(b.size());
   if (scale == 0.0) return solution;
   Eigen::VectorXd r = b;
-  Eigen::VectorXd z = m_multigrid.cycle(r);
+  Eigen::VectorXd z = m_problem->cycle(r);
   Eigen::VectorXd p = z;
   double rz = r.dot(z);
   double residual = 1.0;
   while (residual > m_options.tolerance && solution.iterations < m_options.max_iterations) {
-    const Eigen::VectorXd q = (*m_operator)(p);
+    const Eigen::VectorXd q = m_matrix(p);
     const double curvature = p.dot(q);
     if (!(curvature > 0.0) || !(rz > 0.0)) {
       solution.status =
@@ -85,13 +56,13 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
     ++solution.iterations;
     residual = r.norm() / scale;
     if (residual <= m_options.tolerance) break;
-    z = m_multigrid.cycle(r);
+    z = m_problem->cycle(r);
     const double next_rz = r.dot(z);
     // r - r before = -step q
     p = z - (step * q.dot(z) / rz) * p;
     rz = next_rz;
   }
-  solution.relative_residual = (b - (*m_operator)(x)).norm() / scale;
+  solution.relative_residual = (b - m_matrix(x)).norm() / scale;
   if (solution.status == SolveStatus::Ok && !(residual <= m_options.tolerance)) {
     solution.status = SolveStatus::NotConverged;
     solution.message = fmt::format("the residual is {:.2g} after {} iterations, must be <= {:.2g}",
@@ -104,7 +75,7 @@ StiffnessSolution MultigridSolver::solve_one(const Eigen::VectorXd& b, Eigen::Ve
 
 StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   StiffnessSolution worst;
-  if (m_operator == nullptr) {
+  if (!m_matrix) {
     worst.message = "no matrix has been prepared";
     return worst;
   }
@@ -113,8 +84,8 @@ StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::Matrix
   X.resize(B.rows(), B.cols());
   for (int k = 0; k < B.cols(); ++k) {
     Eigen::VectorXd x;
-    const StiffnessSolution one = solve_one(m_voxels.from_free(B.col(k)), x);
-    X.col(k) = m_voxels.to_free(x);
+    const StiffnessSolution one = solve_one(m_problem->from_free(B.col(k)), x);
+    X.col(k) = m_problem->to_free(x);
     worst.iterations = std::max(worst.iterations, one.iterations);
     worst.relative_residual = std::max(worst.relative_residual, one.relative_residual);
     if (one.status == SolveStatus::Ok || worst.status != SolveStatus::Ok) continue;
@@ -126,15 +97,14 @@ StiffnessSolution MultigridSolver::solve(const Eigen::MatrixXd& B, Eigen::Matrix
 
 std::string MultigridSolver::description() const {
   return fmt::format("multigrid of {} level{} with conjugate gradients ({})",
-                     m_multigrid.num_levels(),
-                     m_multigrid.num_levels() == 1 ? "" : "s",
+                     m_problem->num_levels(),
+                     m_problem->num_levels() == 1 ? "" : "s",
                      m_reason);
 }
 
 double MultigridSolver::memory_bytes() const {
-  // Moduli in double precision, maps to and from the mesh, vectors of the conjugate gradients.
-  return m_multigrid.memory_bytes() + 24.0 * m_voxels.grid().num_cells() +
-         (9.0 + 6.0 * 8.0) * m_voxels.size();
+  constexpr double kVectors = 6.0;  // of the conjugate gradients
+  return m_problem->memory_bytes() + 8.0 * kVectors * m_problem->size();
 }
 
 }  // namespace twang

@@ -17,9 +17,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 
 /// Round-off of sums of a few dozen products.
-constexpr double kRoundOff = 1e-13;
+constexpr double kSvdRoundOff = 1e-13;
 
-MatrixXcd random_matrix(Index rows, Index columns, std::uint32_t seed) {
+MatrixXcd random_complex_matrix(Index rows, Index columns, std::uint32_t seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;
   MatrixXcd a(rows, columns);
@@ -34,13 +34,14 @@ double off_identity(const MatrixXcd& a) {
 TEST(ComplexSvd, IsTheMatrixWhateverItsShape) {
   for (const auto& [rows, columns] :
        {std::pair{1, 1}, {2, 2}, {30, 30}, {30, 7}, {7, 30}, {5, 1}}) {
-    const MatrixXcd a = random_matrix(rows, columns, 1);
+    const MatrixXcd a = random_complex_matrix(rows, columns, 1);
     const auto svd = thin_svd(a);
     ASSERT_TRUE(svd);
     EXPECT_EQ(svd->s.size(), std::min(rows, columns));
-    EXPECT_LT((svd->u * svd->s.asDiagonal() * svd->v.adjoint() - a).norm(), kRoundOff * a.norm());
-    EXPECT_LT(off_identity(svd->u), kRoundOff);
-    EXPECT_LT(off_identity(svd->v), kRoundOff);
+    EXPECT_LT((svd->u * svd->s.asDiagonal() * svd->v.adjoint() - a).norm(),
+              kSvdRoundOff * a.norm());
+    EXPECT_LT(off_identity(svd->u), kSvdRoundOff);
+    EXPECT_LT(off_identity(svd->v), kSvdRoundOff);
     for (Index i = 1; i < svd->s.size(); ++i) EXPECT_LE(svd->s(i), svd->s(i - 1));
     EXPECT_GE(svd->s(svd->s.size() - 1), 0.0);
   }
@@ -51,8 +52,8 @@ TEST(ComplexSvd, FindsTheSingularValuesThatWerePutIn) {
   const Index n = 20;
   Eigen::VectorXd s = Eigen::VectorXd::Zero(n);
   for (Index i = 0; i < 14; ++i) s(i) = std::pow(10.0, -static_cast<double>(i));
-  const MatrixXcd u = thin_svd(random_matrix(n, n, 2))->u;
-  const MatrixXcd v = thin_svd(random_matrix(n, n, 3))->u;
+  const MatrixXcd u = thin_svd(random_complex_matrix(n, n, 2))->u;
+  const MatrixXcd v = thin_svd(random_complex_matrix(n, n, 3))->u;
   const auto svd = thin_svd(MatrixXcd(u * s.asDiagonal() * v.adjoint()));
   ASSERT_TRUE(svd);
   // Absolute round-off of the largest, which is 1.
@@ -61,13 +62,13 @@ TEST(ComplexSvd, FindsTheSingularValuesThatWerePutIn) {
 
 TEST(Eigenpairs, SolveTheirEquation) {
   for (const Index n : {1, 2, 3, 30}) {
-    const MatrixXcd a = random_matrix(n, n, 4);
+    const MatrixXcd a = random_complex_matrix(n, n, 4);
     const auto eigen = eigenpairs(a);
     ASSERT_TRUE(eigen);
     EXPECT_LT((a * eigen->vectors - eigen->vectors * eigen->values.asDiagonal()).norm(),
-              kRoundOff * a.norm() * static_cast<double>(n));
-    EXPECT_LT((eigen->vectors.colwise().norm().array() - 1.0).abs().maxCoeff(), kRoundOff);
-    EXPECT_LT(std::abs(eigen->values.sum() - a.trace()), kRoundOff * a.norm());
+              kSvdRoundOff * a.norm() * static_cast<double>(n));
+    EXPECT_LT((eigen->vectors.colwise().norm().array() - 1.0).abs().maxCoeff(), kSvdRoundOff);
+    EXPECT_LT(std::abs(eigen->values.sum() - a.trace()), kSvdRoundOff * a.norm());
   }
 }
 
@@ -76,17 +77,17 @@ TEST(Eigenpairs, AreThoseThatWerePutIn) {
   VectorXcd values(n);
   for (Index i = 0; i < n; ++i)
     values(i) = std::polar(1.0 - 0.01 * static_cast<double>(i), 0.1 * static_cast<double>(i));
-  const MatrixXcd q = thin_svd(random_matrix(n, n, 5))->u;
+  const MatrixXcd q = thin_svd(random_complex_matrix(n, n, 5))->u;
   const auto eigen = eigenpairs(q * values.asDiagonal() * q.adjoint());
   ASSERT_TRUE(eigen);
   for (const Complex value : values) {
     // A normal matrix has its eigenvalues to round-off.
-    EXPECT_LT((eigen->values.array() - value).abs().minCoeff(), kRoundOff);
+    EXPECT_LT((eigen->values.array() - value).abs().minCoeff(), kSvdRoundOff);
   }
 }
 
 MatrixXd random_real(Index rows, Index columns, std::uint32_t seed) {
-  return random_matrix(rows, columns, seed).real();
+  return random_complex_matrix(rows, columns, seed).real();
 }
 
 TEST(RealSolvers, SolveTheirEquations) {
@@ -100,7 +101,7 @@ TEST(RealSolvers, SolveTheirEquations) {
   const MatrixXd normal = tall.transpose() * tall;
   const auto r = cholesky(normal);
   ASSERT_TRUE(r);
-  EXPECT_LT((r->transpose() * *r - normal).norm(), kRoundOff * normal.norm());
+  EXPECT_LT((r->transpose() * *r - normal).norm(), kSvdRoundOff * normal.norm());
   EXPECT_TRUE(r->isUpperTriangular(0.0));
   const MatrixXd c = random_real(6, 2, 11);
   EXPECT_LT((*r * solve_triangle(*r, c) - c).norm(), 1e-12);
@@ -113,9 +114,10 @@ TEST(RealSvd, IsTheMatrixWhateverItsShape) {
     const auto svd = thin_svd(a);
     ASSERT_TRUE(svd);
     EXPECT_EQ(svd->s.size(), std::min(rows, columns));
-    EXPECT_LT((svd->u * svd->s.asDiagonal() * svd->v.transpose() - a).norm(), kRoundOff * a.norm());
-    EXPECT_LT(off_identity(svd->u), kRoundOff);
-    EXPECT_LT(off_identity(svd->v), kRoundOff);
+    EXPECT_LT((svd->u * svd->s.asDiagonal() * svd->v.transpose() - a).norm(),
+              kSvdRoundOff * a.norm());
+    EXPECT_LT(off_identity(svd->u), kSvdRoundOff);
+    EXPECT_LT(off_identity(svd->v), kSvdRoundOff);
     EXPECT_GE(svd->s(svd->s.size() - 1), 0.0);
   }
 }
@@ -128,7 +130,7 @@ TEST(Eigenvalues, OfARealMatrixAreTheRootsOfItsPolynomial) {
   const auto values = eigenvalues(a);
   ASSERT_TRUE(values);
   for (const Complex root : {Complex(2.0, 0.0), Complex(1.0, 2.0), Complex(1.0, -2.0)})
-    EXPECT_LT((values->array() - root).abs().minCoeff(), kRoundOff);
+    EXPECT_LT((values->array() - root).abs().minCoeff(), kSvdRoundOff);
   a(0, 0) = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(eigenvalues(a));
 }
@@ -141,7 +143,7 @@ TEST(RealSolvers, HaveNoAnswerForWhatIsSingular) {
 }
 
 TEST(Decompositions, HaveNoAnswerForWhatIsNotFinite) {
-  MatrixXcd a = random_matrix(3, 3, 6);
+  MatrixXcd a = random_complex_matrix(3, 3, 6);
   a(1, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(thin_svd(a));
   EXPECT_FALSE(eigenpairs(a));

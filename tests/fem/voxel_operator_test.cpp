@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/coarse_grid.hpp"
-#include "fem/detail/multigrid_solver.hpp"
+#include "fem/detail/grid_problem.hpp"
 #include "fem/detail/voxel_body.hpp"
 #include "tests/fem/distorted_mesh.hpp"
 #include "tests/support/finite_differences.hpp"
@@ -58,41 +58,66 @@ SparseMatrix assembled(const Bodies& at, const StiffnessCombination& of) {
   return at.free.restrict_matrix(A);
 }
 
-class VoxelOperatorOf : public ::testing::TestWithParam<ElementKind> {};
+class GridProblemOf : public ::testing::TestWithParam<ElementKind> {};
 INSTANTIATE_TEST_SUITE_P(Elements,
-                         VoxelOperatorOf,
-                         ::testing::Values(ElementKind::Hex8, ElementKind::Hex8e),
+                         GridProblemOf,
+                         ::testing::Values(ElementKind::Hex8,
+                                           ElementKind::Hex8e,
+                                           ElementKind::Hex20),
                          [](const auto& at) { return std::string(to_string(at.param)); });
 
-TEST_P(VoxelOperatorOf, EqualsTheAssembledMatrix) {
+TEST_P(GridProblemOf, EqualsTheAssembledMatrix) {
   Bodies at = two_materials(GetParam());
   at.body.add_point_mass(locate(at.mesh, at.mesh.nodes.rowwise().maxCoeff()), 0.1);
   const VectorXd x = random_vector(at.free.size(), 1.0, 3);
-  const VoxelBody voxels(at.body, at.free);
+  const auto problem = make_grid_problem(at.body, at.free, 100);
   for (const StiffnessCombination& of : {StiffnessCombination{1.0, 0.0, 0.0},
                                          StiffnessCombination{0.0, 0.0, 1.0},
                                          StiffnessCombination{2.0, 1e3, 1e7},
                                          StiffnessCombination{0.0, 1e3, 0.0}}) {
-    const VoxelOperator product(at.body, voxels, of, {});
-    const VectorXd own = voxels.to_free(product(voxels.from_free(x)));
+    const LinearMap product = problem->matrix(of, {});
+    const VectorXd own = problem->to_free(product(problem->from_free(x)));
     const VectorXd expected = assembled(at, of) * x;
     EXPECT_LT((own - expected).norm(), 1e-13 * expected.norm());  // round-off
+    const VectorXd full = problem->to_full(product(problem->from_full(at.free.expand_vector(x))));
+    EXPECT_EQ((full - at.free.expand_vector(own)).norm(), 0.0);
   }
 }
 
-TEST(VoxelOperator, TakesTheStiffnessWhereTheBodyIs) {
-  const Bodies at = two_materials();
+TEST_P(GridProblemOf, CyclesSymmetricallyAndPositivelyDefinite) {
+  const Bodies at = two_materials(GetParam());
+  const auto problem = make_grid_problem(at.body, at.free, 100);
+  ASSERT_EQ(problem->prepare({1.0, 0.0, 1e6}), SolveStatus::Ok);
+  const auto start = [&](unsigned seed) {
+    return problem->from_free(random_vector(at.free.size(), 1.0, seed));
+  };
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    const VectorXd a = start(seed);
+    const VectorXd b = start(seed + 10);
+    const VectorXd cycled = problem->cycle(a);
+    // Single precision, of a result that may be much smaller than its factors.
+    EXPECT_NEAR(b.dot(cycled), a.dot(problem->cycle(b)), 1e-5 * b.norm() * cycled.norm());
+    EXPECT_GT(a.dot(cycled), 0.0);
+    for (int i = 0; i < problem->size(); ++i) {
+      if (problem->held()[static_cast<std::size_t>(i)] == 0) continue;
+      EXPECT_EQ(cycled[i], 0.0);
+    }
+  }
+}
+
+TEST_P(GridProblemOf, TakesTheStiffnessWhereTheBodyIs) {
+  const Bodies at = two_materials(GetParam());
   const VectorXd u = random_vector(at.mesh.num_dofs(), 1e-4, 5);
   const VectorXd x = random_vector(at.free.size(), 1.0, 3);
-  const VoxelBody voxels(at.body, at.free);
-  const VoxelOperator product(at.body, voxels, {1.0, 2.0, 3.0}, u);
+  const auto problem = make_grid_problem(at.body, at.free, 100);
+  const LinearMap product = problem->matrix({1.0, 2.0, 3.0}, u);
   SparseMatrix A = at.body.stiffness(u) + 2.0 * at.body.stiffness_damping(u);
   A += 3.0 * at.body.mass();
   const VectorXd expected = at.free.restrict_matrix(A) * x;
-  const VectorXd own = voxels.to_free(product(voxels.from_free(x)));
+  const VectorXd own = problem->to_free(product(problem->from_free(x)));
   EXPECT_LT((own - expected).norm(), 1e-12 * expected.norm());  // round-off
-  const VoxelOperator undeformed(at.body, voxels, {1.0, 2.0, 3.0}, {});
-  const VectorXd other = voxels.to_free(undeformed(voxels.from_free(x)));
+  const LinearMap undeformed = problem->matrix({1.0, 2.0, 3.0}, {});
+  const VectorXd other = problem->to_free(undeformed(problem->from_free(x)));
   EXPECT_GT((other - expected).norm(), 1e-3 * expected.norm());
 }
 
@@ -140,7 +165,12 @@ TEST(VoxelOperator, IsTheSameInSinglePrecisionAndOnEveryInstructionSet) {
 
 TEST(VoxelOperator, NamesWhatIsNoGrid) {
   EXPECT_EQ(voxel_fault(mesh_part(step_rig(), 1e-3, ElementKind::Hex8)), "");
-  EXPECT_NE(voxel_fault(mesh_part(step_rig(), 1e-3, ElementKind::Hex20)), "");
+  HexMesh quadratic = mesh_part(step_rig(), 1e-3, ElementKind::Hex20);
+  EXPECT_NE(voxel_fault(quadratic), "");
+  EXPECT_EQ(grid_fault(quadratic), "");
+  quadratic.nodes(1, quadratic.elements(13, 4)) += 1e-5;
+  EXPECT_EQ(grid_fault(quadratic), "its edges are curved");
+  EXPECT_NE(grid_fault(test::distorted_mesh(ElementKind::Hex20, 1e-3)), "");
   EXPECT_NE(voxel_fault(test::distorted_mesh(ElementKind::Hex8, 1e-3)), "");
   HexMesh split = mesh_part(step_rig(), 1e-3, ElementKind::Hex8);
   split.nodes.conservativeResize(3, split.nodes.cols() + 1);

@@ -3,6 +3,7 @@
 
 #include "core/constants.hpp"
 #include "harmonic_inversion/synthesize.hpp"
+#include "tests/harmonic_inversion/found_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +14,6 @@
 
 namespace twang {
 namespace {
-
-constexpr double kRate_hz = 240.0;
 
 bool says(const InversionResult& result, const std::string& part) {
   return std::any_of(result.notes.begin(), result.notes.end(), [&](const std::string& note) {

@@ -9,6 +9,8 @@
 
 namespace twang {
 
+inline constexpr double kRate_hz = 240.0;  // of a film
+
 /// The mode of the nearest frequency; null if there is none.
 inline const DampedSinusoid* nearest(const InversionResult& result, double frequency_hz) {
   const auto it =

@@ -50,7 +50,7 @@ struct Scene {
 };
 
 constexpr int kChannels = 18;
-constexpr double kFrequencyHz = 8.0;
+constexpr double kSwing_hz = 8.0;
 constexpr double kDecayPerS = 2.4;
 
 Trace make_trace(const Scene& scene) {
@@ -66,7 +66,7 @@ Trace make_trace(const Scene& scene) {
     options.seed = 100 * scene.seed + static_cast<std::uint32_t>(c);
     options.channel = fmt::format("c{}{}", c, scene.suffix);
     std::vector<SinusoidTruth> truth;
-    if (moves) truth = {{kFrequencyHz, kDecayPerS, c == 0 ? 1.0 : part(generator), 0.5 * kPi}};
+    if (moves) truth = {{kSwing_hz, kDecayPerS, c == 0 ? 1.0 : part(generator), 0.5 * kPi}};
     Trace one = synthesize_sinusoids(truth, options);
     for (std::size_t i = 0; !moves && c % 5 == 4 && i < 40; ++i)
       one.channels[0].values[i] += scene.jump;
@@ -82,7 +82,7 @@ std::vector<std::string> names_of(const Trace& trace) {
   return out;
 }
 
-FreeMotion find(const Trace& trace) {
+FreeMotion motion_of_all(const Trace& trace) {
   return find_free_motion(trace, names_of(trace), trace.time_s.front(), trace.time_s.back());
 }
 
@@ -90,9 +90,9 @@ TEST(FreeMotionOfManyChannels, IsSeenThoughMostHoldNoiseAlone) {
   for (const char* suffix : {"", "_px"}) {
     for (const int num_moving : {1, 3}) {
       for (std::uint32_t seed = 1; seed <= 5; ++seed) {
-        const FreeMotion motion = find(make_trace({0.5, num_moving, suffix, 0.0, seed}));
+        const FreeMotion motion = motion_of_all(make_trace({0.5, num_moving, suffix, 0.0, seed}));
         ASSERT_TRUE(motion.release_s) << num_moving << " of " << kChannels << suffix;
-        EXPECT_NEAR(*motion.release_s, 0.5, 0.125 / kFrequencyHz + 4.0 / 240.0);
+        EXPECT_NEAR(*motion.release_s, 0.5, 0.125 / kSwing_hz + 4.0 / 240.0);
       }
     }
   }
@@ -100,9 +100,9 @@ TEST(FreeMotionOfManyChannels, IsSeenThoughMostHoldNoiseAlone) {
 
 TEST(FreeMotionOfManyChannels, IsNotTheJumpOfAMarkerThatIsStillElse) {
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
-    const FreeMotion motion = find(make_trace({0.5, 3, "_px", 0.1, seed}));
+    const FreeMotion motion = motion_of_all(make_trace({0.5, 3, "_px", 0.1, seed}));
     ASSERT_TRUE(motion.release_s);
-    EXPECT_NEAR(*motion.release_s, 0.5, 0.125 / kFrequencyHz + 4.0 / 240.0);
+    EXPECT_NEAR(*motion.release_s, 0.5, 0.125 / kSwing_hz + 4.0 / 240.0);
   }
 }
 
@@ -110,7 +110,7 @@ TEST(FreeMotionOfManyChannels, WithoutAHoldBeginsWithTheRecordWhateverTheStillOn
   for (const char* suffix : {"", "_px"}) {
     for (const int num_moving : {0, 1, 3}) {
       for (const double jump : {0.0, 0.1}) {
-        EXPECT_FALSE(find(make_trace({0.0, num_moving, suffix, jump, 1})).release_s)
+        EXPECT_FALSE(motion_of_all(make_trace({0.0, num_moving, suffix, jump, 1})).release_s)
             << num_moving << " of " << kChannels << suffix << ", jump " << jump;
       }
     }
@@ -122,7 +122,7 @@ TEST(FreeMotionOfManyChannels, HasTheModeOfTheFewThatMove) {
   const InversionResult joint = invert_harmonics(trace, names_of(trace));
   ASSERT_EQ(joint.modes.size(), 1U) << joint.message;
   const DampedSinusoid& mode = joint.modes.front();
-  EXPECT_NEAR(mode.frequency_hz, kFrequencyHz, 4.0 * mode.frequency_sigma_hz);
+  EXPECT_NEAR(mode.frequency_hz, kSwing_hz, 4.0 * mode.frequency_sigma_hz);
   EXPECT_NEAR(mode.decay_per_s, kDecayPerS, 4.0 * mode.decay_sigma_per_s);
 }
 

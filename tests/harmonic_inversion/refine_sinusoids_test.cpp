@@ -20,7 +20,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-const std::vector<DampedPole> kPoles = {{11.0, 2.0}, {17.0, 5.0}};
+const std::vector<DampedPole> kPairOfPoles = {{11.0, 2.0}, {17.0, 5.0}};
 
 /// Two sinusoids on uneven stamps, with offset, drift and noise.
 SampleSeries uneven(double sigma, std::uint32_t seed = 7) {
@@ -84,8 +84,11 @@ TEST(RefineSinusoids, ReachesTheTruthOnUnevenStamps) {
   const SinusoidFit fit = refine_sinusoids({uneven(0.0)}, {{11.3, 1.0}, {16.6, 8.0}}, options);
   EXPECT_EQ(fit.termination, Termination::Converged);
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_NEAR(fit.poles[k].frequency_hz, kPoles[k].frequency_hz, 1e-10 * kPoles[k].frequency_hz);
-    EXPECT_NEAR(fit.poles[k].decay_per_s, kPoles[k].decay_per_s, 1e-10 * kPoles[k].decay_per_s);
+    EXPECT_NEAR(fit.poles[k].frequency_hz,
+                kPairOfPoles[k].frequency_hz,
+                1e-10 * kPairOfPoles[k].frequency_hz);
+    EXPECT_NEAR(
+        fit.poles[k].decay_per_s, kPairOfPoles[k].decay_per_s, 1e-10 * kPairOfPoles[k].decay_per_s);
   }
   EXPECT_NEAR(fit.channels[0].offset, 0.4, 1e-12);
   EXPECT_NEAR(fit.channels[0].drift_per_s, -0.2, 1e-12);
@@ -97,7 +100,7 @@ TEST(RefineSinusoids, CovarianceIsTheInverseOfTheFullNormalMatrix) {
   const SampleSeries series = uneven(0.01);
   RefineOptions options;
   options.fit_drift = true;
-  const SinusoidFit fit = refine_sinusoids({series}, kPoles, options);
+  const SinusoidFit fit = refine_sinusoids({series}, kPairOfPoles, options);
   // All ten parameters in one Jacobian: offset, drift, (cosine, sine) x 2, (f, d) x 2.
   const Eigen::ArrayXd t = series.time_s.array();
   MatrixXd jacobian(300, 10);
@@ -137,12 +140,12 @@ TEST(RefineSinusoids, KeepsADecayThatIsFixed) {
 TEST(RefineSinusoids, RefusesWhatDoesNotFitTogether) {
   const SampleSeries series = uneven(0.0);
   RefineOptions options;
-  EXPECT_THROW(static_cast<void>(refine_sinusoids({}, kPoles)), InputError);
+  EXPECT_THROW(static_cast<void>(refine_sinusoids({}, kPairOfPoles)), InputError);
   options.weights = {VectorXd::Ones(300), VectorXd::Ones(300)};
-  EXPECT_THROW(static_cast<void>(refine_sinusoids({series}, kPoles, options)), InputError);
+  EXPECT_THROW(static_cast<void>(refine_sinusoids({series}, kPairOfPoles, options)), InputError);
   options = {};
   options.fixed_decays = {true};
-  EXPECT_THROW(static_cast<void>(refine_sinusoids({series}, kPoles, options)), InputError);
+  EXPECT_THROW(static_cast<void>(refine_sinusoids({series}, kPairOfPoles, options)), InputError);
   options = {};
   options.max_iterations = 0;
   EXPECT_THROW(options.check(), InputError);

@@ -14,7 +14,7 @@
 namespace twang {
 namespace {
 
-FreeMotion find(const Trace& trace) {
+FreeMotion motion_of_first(const Trace& trace) {
   return find_free_motion(
       trace, {trace.channels[0].name}, trace.time_s.front(), trace.time_s.back());
 }
@@ -33,7 +33,7 @@ TEST_P(HeldThenReleased, IsFoundAndInvertedWithoutBias) {
   options.noise_sigma = noise;
   options.offset = 2.0;
   const Trace trace = synthesize_sinusoids({let_go(frequency_hz, 4.0)}, options);
-  const FreeMotion motion = find(trace);
+  const FreeMotion motion = motion_of_first(trace);
   ASSERT_TRUE(motion.release_s.has_value());
   const double quarter = 0.25 / frequency_hz;
   EXPECT_NEAR(*motion.release_s, 0.1, 0.5 * quarter + 2.0 / 240.0);
@@ -59,7 +59,7 @@ TEST(FreeMotion, BeginsWithARecordThatMovesFreelyFromTheFirstSample) {
       SynthesisOptions options;
       options.noise_sigma = 0.001;
       const FreeMotion motion =
-          find(synthesize_sinusoids({{frequency_hz, 4.0, 1.0, phase}}, options));
+          motion_of_first(synthesize_sinusoids({{frequency_hz, 4.0, 1.0, phase}}, options));
       EXPECT_FALSE(motion.release_s.has_value()) << frequency_hz << " Hz, phase " << phase;
       EXPECT_EQ(motion.start_s, 0.0);
       EXPECT_EQ(motion.end_s, 2.0);
@@ -73,7 +73,7 @@ TEST(FreeMotion, BeginsAtTheReleaseThoughTwoModesAreExcited) {
   options.noise_sigma = 0.01;
   const Trace trace =
       synthesize_sinusoids({let_go(20.0, 4.0), {71.0, 9.0, 1.0, 0.5 * kPi}}, options);
-  const FreeMotion motion = find(trace);
+  const FreeMotion motion = motion_of_first(trace);
   ASSERT_TRUE(motion.release_s.has_value());
   EXPECT_NEAR(*motion.release_s, 0.15, 2.0 / 240.0);
   const InversionResult result = invert_harmonics(trace, {"y"});
@@ -97,7 +97,7 @@ Trace pulled_twice() {
 }
 
 TEST(FreeMotion, EndsBeforeTheNextPull) {
-  const FreeMotion motion = find(pulled_twice());
+  const FreeMotion motion = motion_of_first(pulled_twice());
   ASSERT_TRUE(motion.release_s.has_value());
   EXPECT_NEAR(*motion.release_s, 1.5, 3.0 / 240.0);
   EXPECT_TRUE(motion.ends_early);
@@ -147,7 +147,7 @@ TEST(FreeMotion, EndsBeforeAPullInWhichTheRecordEnds) {
   const auto count = static_cast<std::size_t>(kept - trace.time_s.begin());
   trace.time_s.resize(count);
   trace.channels[0].values.resize(count);
-  const FreeMotion motion = find(trace);
+  const FreeMotion motion = motion_of_first(trace);
   EXPECT_TRUE(motion.ends_early);
   EXPECT_GT(motion.end_s, 3.0);
   EXPECT_LE(motion.end_s, 4.03);
@@ -159,7 +159,7 @@ TEST(FreeMotion, IsNotCutByADrift) {
   options.duration_s = 5.0;
   options.noise_sigma = 0.01;
   options.drift_per_s = 0.4;  // by two amplitudes in all
-  const FreeMotion motion = find(synthesize_sinusoids({{12.0, 3.0, 1.0, 1.5}}, options));
+  const FreeMotion motion = motion_of_first(synthesize_sinusoids({{12.0, 3.0, 1.0, 1.5}}, options));
   EXPECT_FALSE(motion.ends_early) << motion.note;
 }
 
@@ -176,7 +176,7 @@ TEST(FreeMotion, PassesOverGlitchesWhileHeld) {
   Trace trace = synthesize_sinusoids({let_go(15.0, 4.0)}, options);
   trace.channels[0].values[20] += 4.0;
   trace.channels[0].values[45] -= 3.0;
-  const FreeMotion motion = find(trace);
+  const FreeMotion motion = motion_of_first(trace);
   ASSERT_TRUE(motion.release_s.has_value());
   EXPECT_NEAR(*motion.release_s, 0.3, 4.0 / 240.0);
 }
@@ -188,9 +188,9 @@ TEST(FreeMotion, SeesNoReleaseInAConstantOrAStep) {
     trace.time_s.push_back(i / 240.0);
     trace.channels[0].values.push_back(1.0);
   }
-  EXPECT_FALSE(find(trace).release_s.has_value());
+  EXPECT_FALSE(motion_of_first(trace).release_s.has_value());
   for (std::size_t i = 100; i < 200; ++i) trace.channels[0].values[i] = 2.0;
-  EXPECT_FALSE(find(trace).release_s.has_value());
+  EXPECT_FALSE(motion_of_first(trace).release_s.has_value());
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
+#include "tests/harmonic_inversion/found_modes.hpp"
 #include "tests/support/real_recordings.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,6 @@
 
 namespace twang {
 namespace {
-
-constexpr double kRate_hz = 240.0;
 
 /// Pulled slowly, held and let go, again and again.
 struct PulledAndReleased {

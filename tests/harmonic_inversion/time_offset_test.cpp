@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/constants.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
+#include "tests/harmonic_inversion/found_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +11,6 @@
 namespace twang {
 namespace {
 
-constexpr double kRate_hz = 240.0;
 constexpr double kReadout_s = 4e-3;
 constexpr double kAmplitude = 5.0;
 constexpr double kRise = 0.03;  // of the picture's height, per unit of the swing

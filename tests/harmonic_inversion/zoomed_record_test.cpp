@@ -17,15 +17,15 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr Index kSamples = 9001;  // no multiple of the blocks
+constexpr Index kLongRecord = 9001;  // no multiple of the blocks
 constexpr double kStart = 0.25;
 constexpr double kStep = 1.0 / 500.0;
 
 VectorXd noisy_values() {
-  VectorXd out(kSamples);
+  VectorXd out(kLongRecord);
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
-  for (Index i = 0; i < kSamples; ++i) {
+  for (Index i = 0; i < kLongRecord; ++i) {
     const double t = kStart + static_cast<double>(i) * kStep;
     out(i) = std::exp(-0.2 * t) * std::cos(kTwoPi * 61.0 * t) + 0.1 * normal(generator);
   }
@@ -38,7 +38,7 @@ void expect_all_samples(const ZoomedRecord& record, const VectorXd& values, Comp
   Complex plain;
   Complex timed;
   double size = 0.0;  // of the terms, by which round-off is measured
-  for (Index i = 0; i < kSamples; ++i) {
+  for (Index i = 0; i < kLongRecord; ++i) {
     if (std::find(kExcluded.begin(), kExcluded.end(), i) != kExcluded.end()) continue;
     const double t = kStart + static_cast<double>(i) * kStep;
     plain += values(i) * std::exp(s * t);
@@ -48,7 +48,7 @@ void expect_all_samples(const ZoomedRecord& record, const VectorXd& values, Comp
   const ZoomedRecord::Sums sums = record.at(s);
   // Phases of thousands of turns, with sixteen digits, in the sum as in the moments.
   EXPECT_LT(std::abs(sums.plain - plain), 1e-12 * size) << s;
-  EXPECT_LT(std::abs(sums.timed - timed), 1e-12 * size * kStep * kSamples) << s;
+  EXPECT_LT(std::abs(sums.timed - timed), 1e-12 * size * kStep * kLongRecord) << s;
 }
 
 TEST(ZoomedRecord, HasTheSumsOfAllSamplesNearAndFar) {
