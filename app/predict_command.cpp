@@ -125,10 +125,10 @@ ReportContent page_of(const Rig& rig, const Material& material, const Prediction
       {"f, predicted",
        text_with_sigma(prediction.same_b.frequency_hz, prediction.same_b.frequency_sigma_hz) +
            " Hz",
-       signed_percent(prediction.frequency_error_rel) + " of the tracked"},
+       "off the tracked by " + signed_percent(prediction.frequency_error_rel)},
       {"d, predicted",
        text_with_sigma(prediction.same_b.decay_per_s, prediction.same_b.decay_sigma_per_s) + " 1/s",
-       signed_percent(prediction.decay_error_rel) + " of the tracked"},
+       "off the tracked by " + signed_percent(prediction.decay_error_rel)},
       {"f, tracked",
        text_with_sigma(prediction.tracked.frequency_hz, prediction.tracked.frequency_sigma_hz) +
            " Hz",

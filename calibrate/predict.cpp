@@ -116,9 +116,10 @@ void predict(const Rig& rig,
 }
 
 std::string with_sigma(double value, double sigma) {
-  return std::isfinite(sigma)
-             ? fmt::format("{} ± {}", rounded_text(value, 4), rounded_text(sigma, 2))
-             : rounded_text(value, 4);
+  if (!std::isfinite(sigma) || !(sigma > 0.0)) return rounded_text(value, 4);
+  // both end at sigma's second digit
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
+  return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, sigma, decimals);
 }
 
 std::string percent(double relative) {
@@ -157,16 +158,17 @@ void compare(const Material& material, Prediction& prediction) {
     prediction.sentences.emplace_back("One b holds at both frequencies within the uncertainty.");
     return;
   }
-  prediction.sentences.push_back(fmt::format(
-      "The decay misses because b depends on frequency: tracked here is {} times that at {} Hz{}; "
-      "of the factor {} by which the decay is off, the eigenvalue has {}.",
-      rounded_text(prediction.damping_ratio_of_b, 3),
-      rounded_text(material.frequency_hz, 4),
-      std::isfinite(prediction.damping_exponent)
-          ? fmt::format(", b ~ f^{}", rounded_text(prediction.damping_exponent, 2))
-          : "",
-      rounded_text(tracked.decay_per_s / predicted.decay_per_s, 3),
-      rounded_text(tracked.lambda_per_s2() / prediction.lambda_per_s2, 3)));
+  prediction.sentences.push_back(
+      fmt::format("The decay misses because b depends on frequency: tracked here is {} times that "
+                  "at {} Hz{}. The "
+                  "decay is off by a factor of {}, of which {} is the eigenvalue's.",
+                  rounded_text(prediction.damping_ratio_of_b, 3),
+                  rounded_text(material.frequency_hz, 4),
+                  std::isfinite(prediction.damping_exponent)
+                      ? fmt::format(", b ~ f^{}", rounded_text(prediction.damping_exponent, 2))
+                      : "",
+                  rounded_text(tracked.decay_per_s / predicted.decay_per_s, 3),
+                  rounded_text(tracked.lambda_per_s2() / prediction.lambda_per_s2, 3)));
   prediction.sentences.push_back(
       fmt::format("One tan delta at both frequencies ({} at {} Hz, tracked {} here) would give {} "
                   "1/s, {}.",
