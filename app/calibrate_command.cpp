@@ -32,6 +32,7 @@ struct CalibrateCommand {
   std::vector<std::string> columns;
   std::string time_column = "time_s";
   std::optional<double> dx_mm;
+  std::string element = "hex8";
   bool no_validation = false;
   bool each_release = false;
   std::optional<int> mode;
@@ -66,6 +67,7 @@ CalibrationOptions options_of(const CalibrateCommand& command, const OutputFolde
       throw InputError(fmt::format("--dx is {}, must be > 0 mm", *command.dx_mm));
     options.ladder.coarse_dx_m = *command.dx_mm * kMetresPerMillimetre;
   }
+  options.ladder.coarse_element = element_kind_from(command.element);
   for (std::size_t i = 0; i < command.videos.size(); ++i) {
     options.overlays.push_back(output.file(numbered("overlay", "mp4", i, command.videos.size())));
   }
@@ -169,6 +171,8 @@ void add_calibrate_command(CLI::App& cli) {
   sub->add_option("--time-column", command->time_column, "column that holds the time [s]")
       ->capture_default_str();
   sub->add_option("--dx", command->dx_mm, "cell size of the coarse mesh [mm]; default: chosen");
+  sub->add_option("--element", command->element, "of the coarse mesh: hex8 or hex8e")
+      ->capture_default_str();
   sub->add_flag("--each-release",
                 command->each_release,
                 "every release of a recording is a repeat of its own");

@@ -83,8 +83,8 @@ ReportSection ladder_section(const Calibration& calibration) {
   Chart chart;
   chart.x_label = "dx [mm]";
   chart.y_label = "first frequency at the identified E [Hz]";
-  ChartSeries reference{"hex20 (reference)", {}, {}, ChartSeries::Style::Points};
-  ChartSeries coarse{"hex8 (coarse candidates)", {}, {}, ChartSeries::Style::Points};
+  ChartSeries reference{"reference", {}, {}, ChartSeries::Style::Points};
+  ChartSeries coarse{"coarse candidates", {}, {}, ChartSeries::Style::Points};
   ChartSeries limit{"limit", {}, {}, ChartSeries::Style::Dashed};
   TextTable table;
   table.head = {"element",
@@ -103,7 +103,7 @@ ReportSection ladder_section(const Calibration& calibration) {
     reference.x.push_back(dx_mm);
     reference.y.push_back(f);
     largest_dx_mm = std::max(largest_dx_mm, dx_mm);
-    table.rows.push_back({"hex20",
+    table.rows.push_back({std::string(to_string(rung.mesh.kind)) + " (reference)",
                           rounded_text(dx_mm, 4),
                           std::to_string(rung.mesh.num_elements()),
                           rounded_text(f, 6),
@@ -120,7 +120,7 @@ ReportSection ladder_section(const Calibration& calibration) {
     coarse.y.push_back(f);
     largest_dx_mm = std::max(largest_dx_mm, dx_mm);
     const bool chosen = candidate.dx_m == ladder.coarse.mesh.requested_dx_m;
-    table.rows.push_back({"hex8",
+    table.rows.push_back({std::string(to_string(candidate.element)),
                           rounded_text(dx_mm, 4),
                           std::to_string(candidate.num_elements),
                           rounded_text(f, 6),

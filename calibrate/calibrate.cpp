@@ -171,6 +171,18 @@ void find_mode(const Rig& rig,
   }
 }
 
+/// Of the fundamental's mode, on the hex20 mesh that the ladder names for it.
+ModulusSensitivities sensitivities_of(const Rig& rig, const Calibration& calibration) {
+  const MeshLadder& ladder = calibration.ladder;
+  const double dx_m = ladder.sensitivity_dx_m();
+  int mode = calibration.mode.mode;
+  for (const MeshRung& rung : ladder.reference) {
+    if (rung.mesh.kind != ElementKind::Hex20 || rung.mesh.requested_dx_m != dx_m) continue;
+    mode = follow_mode(ladder.reference.back(), calibration.mode.mode, rung).mode;
+  }
+  return modulus_sensitivities(rig, dx_m, mode);
+}
+
 /// Samples a second: by the usual distance of two.
 double rate_of(const Trace& trace) {
   std::vector<double> steps;
@@ -259,11 +271,7 @@ Calibration calibrate_repeats(const Rig& rig,
   find_mode(rig, unknown, options, calibration);
   warn_about_aliases(calibration, unknown, calibration.warnings);
 
-  const auto accurate = static_cast<std::size_t>(calibration.ladder.accurate_rung.value_or(0));
-  const MeshRung& rung = calibration.ladder.reference[accurate];
-  const MeshRung& finest = calibration.ladder.reference.back();
-  calibration.sensitivities = modulus_sensitivities(
-      rig, rung.mesh.requested_dx_m, follow_mode(finest, calibration.mode.mode, rung).mode);
+  calibration.sensitivities = sensitivities_of(rig, calibration);
   calibration.material = detail::material_of(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();

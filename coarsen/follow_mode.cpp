@@ -36,9 +36,24 @@ Family family_of(const Eigenmodes& modes, int index) {
   return family;
 }
 
+/// All shapes of a rung at points, (3 n x modes); on a mesh from a file point by point.
+Eigen::MatrixXd shapes_at(const MeshRung& rung, const Eigen::Matrix3Xd& points) {
+  const bool voxels = (rung.mesh.actual_dx_m.array() > 0.0).all();
+  if (voxels) return sample_fields(rung.mesh, rung.modes.shapes, points);
+  Eigen::MatrixXd sampled(3 * points.cols(), rung.modes.count());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const MeshPoint point = locate(rung.mesh, points.col(i));
+    for (int mode = 0; mode < rung.modes.count(); ++mode) {
+      sampled.block<3, 1>(3 * i, mode) = interpolate(point, rung.modes.shapes.col(mode));
+    }
+  }
+  return sampled;
+}
+
 }  // namespace
 
 FollowedMode follow_mode(const MeshRung& rung, int index, const MeshRung& other) {
+  if (&rung == &other) return {index, 1.0};
   const Eigen::Index num_nodes = rung.mesh.num_nodes();
   const Eigen::Index stride = (num_nodes + kMostPoints - 1) / kMostPoints;
   const Eigen::Index num_points = (num_nodes + stride - 1) / stride;
@@ -51,7 +66,7 @@ FollowedMode follow_mode(const MeshRung& rung, int index, const MeshRung& other)
         rung.modes.shapes.block(3 * i * stride, family.first, 3, family.size);
   }
   const Eigen::MatrixXd Q = orthonormal_basis(shapes);
-  const Eigen::MatrixXd sampled = sample_fields(other.mesh, other.modes.shapes, points);
+  const Eigen::MatrixXd sampled = shapes_at(other, points);
   const Eigen::VectorXd affinity =
       ((Q.transpose() * sampled).colwise().norm().array() /
        sampled.colwise().norm().array().max(std::numeric_limits<double>::min()))

@@ -14,8 +14,8 @@ struct FollowedMode {
 /// may change places, a thin strip's bending flatwise and edgewise for instance.
 ///
 /// Shapes are compared at the nodes of `rung` (thinned out on large meshes), modes of near equal
-/// frequencies as one family, whose members are then taken by their order. Both are voxel meshes of
-/// one part.
+/// frequencies as one family, whose members are then taken by their order. Both are meshes of one
+/// part.
 [[nodiscard]] FollowedMode follow_mode(const MeshRung& rung, int index, const MeshRung& other);
 
 /// The Richardson limit of any mode of a ladder's reference meshes, followed by its shape.

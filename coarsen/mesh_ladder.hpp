@@ -6,6 +6,7 @@
 #include "fem/hex_mesh.hpp"
 #include "rigs/rig.hpp"
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,11 +30,15 @@ struct LadderOptions {
   double shape_tolerance = 0.05;  ///< mode distance up to which a coarser mesh is taken [-]
   int num_modes = 4;              ///< dominant modes whose shapes must agree
   int num_frequencies = 10;       ///< modes computed and reported
-  long max_dofs = 450000;         ///< unknowns the reference ladder may reach; a start above it is
-                                  ///< coarsened, a coarse mesh gets a quarter
+  long max_dofs = 450000;         ///< unknowns the hex20 reference may reach; a start above it is
+                                  ///< coarsened
   std::optional<double> coarse_dx_m;  ///< the coarse mesh wanted, compared all the same; absent:
                                       ///< chosen [m]
   ProgressCallback progress = {};
+  ElementKind coarse_element = ElementKind::Hex8;  ///< of the coarse mesh: hex8 or hex8e
+  double enhanced_growth = 4.0;  ///< hex8e goes on where hex20 ends before it is convergent, up to
+                                 ///< so many times max_dofs; 0: not at all [-]
+  bool beside = false;           ///< compare the other element on the cells chosen, too
   void check() const;
 };
 
@@ -55,7 +60,7 @@ struct ModeComparison {
   std::vector<double> hausdorff_by_mode;
 };
 
-/// One coarse candidate (hex8) beside the reference.
+/// One coarse candidate beside the reference.
 struct CoarseCandidate {
   double dx_m = 0.0;
   int num_elements = 0;
@@ -64,38 +69,69 @@ struct CoarseCandidate {
   bool passes = false;
   double mean_frequency_error_before = 0.0;  ///< of num_frequencies modes against the reference [-]
   double mean_frequency_error_after = 0.0;   ///< the same after the rescale of eq. (15) [-]
+  ElementKind element = ElementKind::Hex8;
+  double rescale = 1.0;      ///< of frequencies by eq. (15): the first becomes the reference's [-]
+  long num_mixed_cells = 0;  ///< that hold more than one material
 };
 
-/// The reference ladder (hex20 with Richardson on top) and the coarse mesh (hex8) chosen below it
-/// [DAC, paper §3.1].
+/// The reference ladder (hex20, then hex8e, with Richardson on top) and the coarse mesh (hex8 or
+/// hex8e) chosen below it [DAC, paper §3.1].
 struct MeshLadder {
-  std::vector<MeshRung> reference;  ///< hex20, coarse to fine
+  std::vector<MeshRung> reference;  ///< coarse to fine; hex8e, if any, begins where hex20 ended
   RichardsonLimit limit;
   bool convergent = false;  ///< the finest rung changed by less than convergent_change
   std::optional<int>
       accurate_rung;  ///< coarsest rung of `reference` within accurate_change of the finest
-  std::vector<CoarseCandidate> candidates;  ///< hex8, fine to coarse
-  MeshRung coarse;                          ///< hex8, the one chosen
+  std::vector<CoarseCandidate> candidates;  ///< fine to coarse
+  MeshRung coarse;                          ///< the one chosen
   std::string choice;                       ///< one sentence: why this one
   std::vector<std::string> notes;
+  bool stated_moduli =
+      false;  ///< eigenvalues belong to the moduli that the rig states, not to 1 Pa
+  std::optional<CoarseCandidate> beside;  ///< the other element on the cells of `coarse`, if wanted
+  std::size_t num_reference_notes = 0;    ///< the first of `notes`, which are not of the choice
+  double start_dx_m = 0.0;                ///< about which the walk among coarse meshes begins [m]
+
+  /// The candidate that `coarse` is.
+  [[nodiscard]] const CoarseCandidate& chosen() const;
+  /// E / E_n = lambda_1 of the coarse mesh over that of the limit [paper, eq. (15)] [-].
+  [[nodiscard]] double identified_over_numerical() const;
+  /// Cell size of the coarsest accurate hex20 mesh of the reference, else of its finest hex20 mesh:
+  /// that for `modulus_sensitivities` [m].
+  [[nodiscard]] double sensitivity_dx_m() const;
 };
 
-/// Walks the ladder: refines hex20 by halving dx until the frequencies stand, then coarsens hex8 as
-/// long as the dominant mode shapes agree.
+/// Walks the ladder: refines hex20 by halving dx until the frequencies stand, then coarsens hex8 or
+/// hex8e as long as the dominant mode shapes agree.
 ///
-/// A third reference rung is added to two convergent ones where it costs little, so that the order
-/// is observed. Shapes are compared with the finest accurate rung that is not large (`choice` names
-/// it). If no hex8 mesh keeps the shapes, the finest tried is taken and a note says so. A modulus
-/// the rig states takes no part.
+/// Where hex20 has not converged at max_dofs, hex8e goes on from its last cells, by multigrid once
+/// a factor is too large. A third reference rung is added to two convergent ones where it costs
+/// little, so that the order is observed. Shapes are compared with the finest accurate rung that is
+/// not large (`choice` names it). If no coarse mesh keeps the shapes, the finest tried is taken and
+/// a note says so.
 ///
-/// @throws InputError if the rig lacks part or clamp, if the part is a mesh file or has several
-/// materials, or if no mesh of at most max_dofs unknowns holds every solid; Cancelled;
+/// A modulus that the rig states takes no part if the part has one material. With several, all are
+/// stated: then only their ratios count, and a mesh with cells that more than one of them shares is
+/// not chosen; `notes` say where that ends the coarsening.
+///
+/// Of a part that is a mesh file that mesh as hex20 is the reference, and refined by cutting its
+/// elements into eight; coarse meshes are voxels of its outside.
+///
+/// @throws InputError if the rig lacks part or clamp, if the part has several materials of which
+/// one states no modulus, or if no mesh of at most max_dofs unknowns holds every solid; Cancelled;
 /// NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
 /// The reference ladder alone, without a coarse mesh.
 /// @throws as `build_mesh_ladder`
 [[nodiscard]] MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options = {});
+
+/// Chooses the coarse mesh of a ladder anew, its reference kept: another element, tolerance or
+/// number of modes, or another cell size wanted.
+/// @param options  as `build_mesh_ladder`; those of the reference play no role
+[[nodiscard]] MeshLadder choose_again(const Rig& rig,
+                                      MeshLadder ladder,
+                                      const LadderOptions& options);
 
 /// Mesh, held nodes and the first `num_modes` eigenmodes of a rig (fewer if the mesh has not that
 /// many), its weights included, at its stated Young's moduli, else 1 Pa. A rig without clamps is a

@@ -18,8 +18,8 @@ namespace twang {
 namespace {
 
 /// Modes whose frequencies follow each other this closely are compared as one subspace: a mesh may
-/// turn them into one another at will [-].
-constexpr double kNearEqual = 0.03;
+/// turn them into one another at will. As wide as a frequency may err that is called accurate [-].
+constexpr double kNearEqual = 0.05;
 /// Coarse modes beyond the compared ones that may be partners, for shapes that change places.
 constexpr int kSpareModes = 6;
 /// Peak deflection at which the Hausdorff distance is taken, over the part's largest dimension [-].

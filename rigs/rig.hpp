@@ -31,12 +31,15 @@ struct Cylinder {
   double radius = 0.0;
 };
 
-/// A closed surface in a file (STL or OBJ), scaled by `metres_per_unit` and moved by `at` [m].
+/// A closed surface in a file (STL or OBJ), scaled by `metres_per_unit` and moved by `at`, or in
+/// memory [m].
 struct SurfaceFile {
   std::filesystem::path file;
   double metres_per_unit = 1e-3;
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
-  std::optional<Box> box;  ///< around the surface, if it has been read [m]
+  std::optional<Box> box;           ///< around the surface, if it has been read [m]
+  Eigen::Matrix3Xd vertices = {};   ///< of a surface in memory, whose file is but its name [m]
+  Eigen::Matrix3Xi triangles = {};  ///< of it, (3 x triangles); empty: the file is read
 };
 
 /// One solid of the union that makes the part; a later one overrides an earlier one's material.

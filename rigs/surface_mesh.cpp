@@ -189,6 +189,7 @@ RawSurface read_raw(const std::filesystem::path& path) {
 }  // namespace
 
 SurfaceMesh read_surface(const SurfaceFile& surface) {
+  if (surface.triangles.cols() > 0) return {surface.vertices, surface.triangles};
   const RawSurface raw = read_raw(surface.file);
   if (raw.triangles.empty()) {
     throw InputError(

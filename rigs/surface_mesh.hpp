@@ -13,7 +13,8 @@ struct SurfaceMesh {
   Eigen::Matrix3Xi triangles;  ///< (3 x triangles), indices of vertices, as oriented in the file
 };
 
-/// Reads an STL (binary or ASCII) or OBJ file, scales and moves it as `surface` says.
+/// Reads an STL (binary or ASCII) or OBJ file, scales and moves it as `surface` says; a surface in
+/// memory is returned as it is.
 ///
 /// The vertices of an STL file are not merged: each triangle has three of its own. Polygons of an
 /// OBJ file are cut into fans.

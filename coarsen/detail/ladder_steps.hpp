@@ -6,9 +6,9 @@
 
 namespace twang {
 
-/// Cell size at which the reference ladder starts: `start_dx_m`, else the smallest edge of the
-/// rig's solids, halved until every solid and clamp is caught and doubled while the mesh is too
-/// large.
+/// Cell size at which the reference ladder starts: `start_dx_m`, else the thinnest wall of the
+/// rig's solids, halved until every solid and clamp is caught; halved until borders of materials
+/// fall on cell faces, if they do; doubled while the mesh is too large.
 /// @throws InputError if no such size exists
 [[nodiscard]] double starting_dx(const Rig& rig,
                                  const LadderOptions& options,
@@ -20,8 +20,15 @@ void refine_reference(const Rig& rig,
                       const LadderOptions& options,
                       MeshLadder& ladder);
 
-/// The limit of one mode: that of the last rungs that share the finest one's geometry; where it
-/// stands alone, the last difference is the least that is uncertain.
+/// The same from a mesh as it is, whose elements are cut into eight from rung to rung.
+/// @param rig  with solids in place of the mesh file
+void refine_file_reference(const Rig& rig,
+                           HexMesh mesh,
+                           const LadderOptions& options,
+                           MeshLadder& ladder);
+
+/// The limit of one mode: that of the finest rung; where hex20 ended on the same geometry, the one
+/// less uncertain.
 /// @param lambdas_per_s2  of that mode, one a rung
 [[nodiscard]] RichardsonLimit limit_of(const std::vector<MeshRung>& reference,
                                        const std::vector<double>& lambdas_per_s2);

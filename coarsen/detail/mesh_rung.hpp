@@ -12,12 +12,27 @@
 
 namespace twang {
 
-/// A copy of `rig` in which the part's only material has no stated modulus, so that every rung is
-/// computed at 1 Pa and eigenvalues are proportional to E.
-/// @param notes  gets a sentence if the rig states the modulus
-/// @throws InputError if the rig lacks part or clamp, or the part has more than one material: then
-/// eq. (15) cannot tell them apart
+/// A copy of `rig` as its ladder is computed: if the part has one material, that has no stated
+/// modulus, so that every rung is computed at 1 Pa and eigenvalues are proportional to E; of
+/// several materials all keep what they state.
+/// @param notes  gets a sentence if a stated modulus is left out
+/// @throws InputError if the rig lacks part or clamp, or one of several materials states no
+/// modulus: then eq. (15) cannot tell them apart
 [[nodiscard]] Rig rig_to_identify(const Rig& rig, std::vector<std::string>& notes);
+
+/// Whether the rig's solids are of more than one material.
+[[nodiscard]] bool has_several_materials(const Rig& rig);
+
+/// `compute_rung` for a ladder: voxel meshes of hex8 and hex8e go to the multigrid where it begins
+/// to be the faster way, long before a factor is too large for the memory.
+[[nodiscard]] MeshRung compute_ladder_rung(
+    const Rig& rig, double dx_m, ElementKind kind, int num_modes, const ProgressCallback& progress);
+
+/// The same of a mesh that stands.
+[[nodiscard]] MeshRung compute_ladder_rung(const Rig& rig,
+                                           HexMesh mesh,
+                                           int num_modes,
+                                           const ProgressCallback& progress);
 
 /// The rig's linear body with its weights.
 /// @param points  where the weights hang; from `mass_points`
