@@ -35,6 +35,7 @@ struct CalibrateCommand {
   std::string element = "hex8";
   bool no_validation = false;
   bool each_release = false;
+  std::optional<int> mode;
   TrackFlags track;
   InversionFlags inversion;
 };
@@ -56,6 +57,11 @@ CalibrationOptions options_of(const CalibrateCommand& command, const OutputFolde
   options.track = command.track.options();
   options.validate = !command.no_validation;
   options.each_release = command.each_release;
+  if (command.mode) {
+    if (*command.mode < 1)
+      throw InputError(fmt::format("--mode is {}, must be 1 or more", *command.mode));
+    options.mode = *command.mode - 1;
+  }
   if (command.dx_mm) {
     if (!(*command.dx_mm > 0.0))
       throw InputError(fmt::format("--dx is {}, must be > 0 mm", *command.dx_mm));
@@ -170,6 +176,11 @@ void add_calibrate_command(CLI::App& cli) {
   sub->add_flag("--each-release",
                 command->each_release,
                 "every release of a recording is a repeat of its own");
+  sub->add_option(
+      "--mode",
+      command->mode,
+      "eigenmode of the part that the strongest sinusoid is, from 1; default: chosen by "
+      "frequency ratios and the markers' motion");
   sub->add_flag(
       "--no-validation", command->no_validation, "do not simulate the coarse mesh over the trace");
   command->track.add_to(*sub);

@@ -14,6 +14,8 @@ void add_modes_command(CLI::App& cli);
 void add_coarsen_command(CLI::App& cli);
 void add_identify_command(CLI::App& cli);
 void add_table_command(CLI::App& cli);
+void add_predict_command(CLI::App& cli);
+void add_rheology_command(CLI::App& cli);
 void add_render_command(CLI::App& cli);
 void add_check_command(CLI::App& cli);
 void add_markers_command(CLI::App& cli);

@@ -44,6 +44,8 @@ int run_command_line(int argc, char** argv) {
   twang::app::add_coarsen_command(cli);
   twang::app::add_identify_command(cli);
   twang::app::add_table_command(cli);
+  twang::app::add_predict_command(cli);
+  twang::app::add_rheology_command(cli);
   twang::app::add_render_command(cli);
   twang::app::add_check_command(cli);
   twang::app::add_markers_command(cli);

@@ -111,6 +111,11 @@ void add_render_command(CLI::App& cli) {
       ->capture_default_str();
   sub->add_option("--hold", command->options.hold_s, "held before the release [s]")
       ->capture_default_str();
+  sub->add_option(
+         "--plucks", command->options.plucks, "how often it is let go, evenly over the film")
+      ->capture_default_str();
+  sub->add_option("--pull", command->options.pull_s, "time of each further pull [s]")
+      ->capture_default_str();
   sub->add_option("--duration", film.duration_s, "[s]")->capture_default_str();
   sub->add_option("--fps", film.fps, "frames a second")->capture_default_str();
   sub->add_option("--width", film.width_px, "[px]")->capture_default_str();

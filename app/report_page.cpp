@@ -145,6 +145,31 @@ ReportSection ladder_section(const Calibration& calibration) {
   return section;
 }
 
+ReportSection mode_section(const Calibration& calibration) {
+  ReportSection section;
+  section.title = "Which eigenmode it is";
+  section.paragraphs.push_back(calibration.mode.reason);
+  if (!calibration.mode.doubt.empty()) section.paragraphs.push_back(calibration.mode.doubt);
+  section.paragraphs.push_back(
+      "Modes that what was inverted shows, by the modulus that would follow. Share: how much of it "
+      "a mode moves at equal energy. Motion: correlation of the markers' motion with the mode's "
+      "shape. Score: natural logarithm of the odds, frequency ratios, motion and share together.");
+  TextTable table;
+  table.head = {"eigenmode", "E", "share [%]", "motion", "ratios explained", "score", ""};
+  for (const ModeCandidate& candidate : calibration.mode.candidates) {
+    table.rows.push_back(
+        {std::to_string(candidate.mode + 1),
+         modulus_text(candidate.modulus_pa),
+         rounded_text(100.0 * candidate.share, 3),
+         std::isfinite(candidate.motion) ? rounded_text(candidate.motion, 3) : "–",
+         fmt::format("{} of {}", candidate.explained, calibration.inversion.modes.size() - 1),
+         rounded_text(candidate.score(), 3),
+         candidate.mode == calibration.mode.mode ? "taken" : ""});
+  }
+  section.tables.push_back(std::move(table));
+  return section;
+}
+
 ReportSection validation_section(const Validation& validation, bool rigs_own) {
   ReportSection section;
   section.title = "Simulated over tracked";
@@ -236,7 +261,8 @@ TextTable key_figures(const Material& material) {
       {"d",
        with_sigma(material.decay_per_s, material.decay_sigma_per_s, "1/s"),
        "decay, exp(-d t)"},
-      {"tan delta", rounded_text(material.tan_delta, 4), "loss factor at f"}};
+      {"tan delta", rounded_text(material.tan_delta, 4), "loss factor at f"},
+      {"eigenmode", std::to_string(material.eigenmode), "of the part, that f was taken for"}};
   if (material.reported_youngs_modulus_pa) {
     const double reported = *material.reported_youngs_modulus_pa;
     table.rows.push_back(
@@ -268,6 +294,7 @@ ReportContent report_page(const Rig& rig, const Calibration& calibration) {
     for (ReportSection& section : motion_sections(repeat))
       content.sections.push_back(std::move(section));
   }
+  content.sections.push_back(mode_section(calibration));
   content.sections.push_back(ladder_section(calibration));
   if (calibration.validation && calibration.validation->run.usable()) {
     content.sections.push_back(

@@ -25,13 +25,16 @@ std::array<double, kTwins> twins_of(double frequency_hz, double rate_hz) {
   return {rate_hz - frequency_hz, rate_hz + frequency_hz, 2.0 * rate_hz - frequency_hz};
 }
 
-/// Number of the signal's further sinusoids that a mesh with such a first frequency explains.
-int explained(const AliasQuestion& question, double first_hz) {
+/// Number of the signal's further sinusoids that a mesh explains on which the strongest has such a
+/// frequency.
+int explained(const AliasQuestion& question, double strongest_hz) {
+  const auto own = static_cast<std::size_t>(question.mode);
   int count = 0;
   for (std::size_t k = 1; k < question.modes.size(); ++k) {
     const double seen_hz = question.modes[k].natural_frequency_hz();
-    for (std::size_t i = 1; i < question.mesh_hz.size(); ++i) {
-      const double true_hz = question.mesh_hz[i] * first_hz / question.mesh_hz.front();
+    for (std::size_t i = 0; i < question.mesh_hz.size(); ++i) {
+      if (i == own) continue;
+      const double true_hz = question.mesh_hz[i] * strongest_hz / question.mesh_hz[own];
       // Beyond a few turns of folding an overtone may be anywhere.
       if (true_hz > 2.0 * question.rate_hz) break;
       const double off = std::abs(folded_hz(true_hz, question.rate_hz) - seen_hz);
@@ -48,8 +51,8 @@ double ratio_of(double a, double b) { return a > b ? a / b : b / a; }
 void ask_for_strongest(const AliasQuestion& question, std::vector<std::string>& warnings) {
   const double f = question.modes.front().natural_frequency_hz();
   const auto twins = twins_of(f, question.rate_hz);
-  if (question.expected_first_hz) {
-    const double expected = *question.expected_first_hz;
+  if (question.expected_hz) {
+    const double expected = *question.expected_hz;
     const double nearest = *std::min_element(twins.begin(), twins.end(), [&](double a, double b) {
       return ratio_of(a, expected) < ratio_of(b, expected);
     });
@@ -57,10 +60,11 @@ void ask_for_strongest(const AliasQuestion& question, std::vector<std::string>& 
         ratio_of(nearest, expected) < ratio_of(f, expected)) {
       warnings.push_back(fmt::format(
           "The strongest sinusoid at {:.5g} Hz may be the alias of one at {:.5g} Hz, sampled at "
-          "{:.5g} frames/s: with the reported modulus the first natural frequency is {:.4g} Hz.",
+          "{:.5g} frames/s: with the reported modulus natural frequency {} is {:.4g} Hz.",
           f,
           nearest,
           question.rate_hz,
+          question.mode + 1,
           expected));
       return;
     }

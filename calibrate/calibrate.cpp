@@ -3,12 +3,13 @@
 
 #include "calibrate/alias_check.hpp"
 #include "calibrate/detail/material_of.hpp"
+#include "calibrate/detail/trace_columns.hpp"
 #include "calibrate/lack_of_fit.hpp"
 #include "calibrate/window_stability.hpp"
+#include "coarsen/follow_mode.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
-#include "rigs/observable.hpp"
 
 #include <fmt/format.h>
 
@@ -46,24 +47,6 @@ const RigMaterial& unknown_material(const Rig& rig) {
   return *unknown;
 }
 
-std::vector<std::string> columns_to_invert(const Rig& rig,
-                                           const Repeat& repeat,
-                                           const CalibrationOptions& options) {
-  if (!options.columns.empty()) {
-    for (const std::string& column : options.columns) {
-      if (repeat.trace.find(column) == nullptr) {
-        throw InputError(fmt::format("{}: has no column '{}'", repeat.file.string(), column));
-      }
-    }
-    return options.columns;
-  }
-  if (rig.observable) {
-    const std::string column = observable_column(rig.observable->kind);
-    if (repeat.trace.find(column) != nullptr) return {column};
-  }
-  return default_columns(repeat.trace);
-}
-
 void invert_repeat(Repeat& repeat, const CalibrationOptions& options) {
   try {
     repeat.inversion = invert_harmonics(repeat.trace, repeat.columns, options.inversion);
@@ -80,6 +63,35 @@ void invert_repeat(Repeat& repeat, const CalibrationOptions& options) {
                                        repeat.inversion.time_origin_s,
                                        repeat.inversion.time_end_s);
   repeat.model_spectrum = model_spectrum(repeat.trace, repeat.inversion);
+}
+
+/// Where the fundamental is heavily damped, its overtones are overdamped: let go, they creep back
+/// with a rate of about 1 / b without swinging, and bend the beginning of the record. The window
+/// then starts when they are gone, unless the user has stated its start.
+void skip_creeping_overtones(Repeat& repeat,
+                             CalibrationOptions& options,
+                             Calibration& calibration) {
+  constexpr double kHeavy = 0.15;  // damping ratio: a beam's second mode has six times that
+  constexpr double kCreepTimes =
+      2.5;  // of b: what is left of them against the fundamental is tenth
+  constexpr double kPeriodsLeft = 1.0;
+  const DampedSinusoid mode = repeat.inversion.modes.front();
+  if (options.inversion.start_s || mode.damping_ratio() < kHeavy) return;
+  const double start_s =
+      repeat.inversion.time_origin_s + kCreepTimes * mode.damping_stiffness_b_s();
+  if (start_s + kPeriodsLeft / mode.frequency_hz > repeat.inversion.time_end_s) return;
+  InversionOptions later = options.inversion;
+  later.start_s = start_s;
+  const InversionResult found = invert_harmonics(repeat.trace, repeat.columns, later);
+  if (!found.usable()) return;
+  options.inversion = later;
+  invert_repeat(repeat, options);
+  calibration.remarks.push_back(
+      fmt::format("So heavily damped a part's overtones creep back instead of swinging: the window "
+                  "starts {:.3g} "
+                  "s later, at {:.4g} s, when they are gone.",
+                  kCreepTimes * mode.damping_stiffness_b_s(),
+                  start_s));
 }
 
 void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {
@@ -127,23 +139,48 @@ DampedSinusoid widened_fundamental(const Rig& rig,
   return widened(widened(calibration.inversion.modes.front(), mean), misfit);
 }
 
-/// Two sinusoids whose frequencies the mesh puts elsewhere are told to the user, never acted on.
-void warn_about_overtones(const InversionResult& inversion,
-                          const MeshRung& finest,
-                          std::vector<std::string>& warnings) {
-  const double first_hz = finest.modes.natural_frequency_hz(0);
-  const DampedSinusoid& fundamental = inversion.modes.front();
-  for (const DampedSinusoid& mode : inversion.modes) {
-    if (mode.natural_frequency_hz() < 0.8 * fundamental.natural_frequency_hz()) {
-      warnings.push_back(
-          fmt::format("A sinusoid at {:.2f} Hz lies below the strongest one at {:.2f} Hz, which is "
-                      "taken for the first eigenmode "
-                      "(mesh ratio of the second to the first: {:.2f}).",
-                      mode.frequency_hz,
-                      fundamental.frequency_hz,
-                      finest.modes.natural_frequency_hz(1) / first_hz));
-    }
+/// Which eigenmode the fundamental is, its limit and its number on the coarse mesh.
+void find_mode(const Rig& rig,
+               const RigMaterial& material,
+               const CalibrationOptions& options,
+               Calibration& calibration) {
+  const Repeat& first = calibration.repeats.front();
+  const MeshRung& finest = calibration.ladder.reference.back();
+  ModeQuestion question;
+  question.rig = &rig;
+  question.rung = &finest;
+  question.sinusoids = calibration.inversion.modes;
+  question.columns = first.columns;
+  question.motion = marker_motion(rig, first.trace, calibration.inversion.modes, first.inversion);
+  question.reported_modulus_pa = material.reported_youngs_modulus_pa;
+  question.stated = options.mode;
+  calibration.mode = choose_mode(question);
+  calibration.limit = limit_of_mode(calibration.ladder, calibration.mode.mode);
+  const FollowedMode coarse = follow_mode(finest, calibration.mode.mode, calibration.ladder.coarse);
+  calibration.coarse_mode = coarse.mode;
+  calibration.remarks.push_back(calibration.mode.reason);
+  if (!calibration.mode.doubt.empty()) calibration.warnings.push_back(calibration.mode.doubt);
+  constexpr double kSameShape = 0.8;
+  if (coarse.affinity < kSameShape) {
+    calibration.warnings.push_back(
+        fmt::format("The coarse mesh has no mode of the shape of eigenmode {}; its mode {} comes "
+                    "nearest (cosine {:.2f}): choose finer cells.",
+                    calibration.mode.mode + 1,
+                    coarse.mode + 1,
+                    coarse.affinity));
   }
+}
+
+/// Of the fundamental's mode, on the hex20 mesh that the ladder names for it.
+ModulusSensitivities sensitivities_of(const Rig& rig, const Calibration& calibration) {
+  const MeshLadder& ladder = calibration.ladder;
+  const double dx_m = ladder.sensitivity_dx_m();
+  int mode = calibration.mode.mode;
+  for (const MeshRung& rung : ladder.reference) {
+    if (rung.mesh.kind != ElementKind::Hex20 || rung.mesh.requested_dx_m != dx_m) continue;
+    mode = follow_mode(ladder.reference.back(), calibration.mode.mode, rung).mode;
+  }
+  return modulus_sensitivities(rig, dx_m, mode);
 }
 
 /// Samples a second: by the usual distance of two.
@@ -163,13 +200,14 @@ void warn_about_aliases(const Calibration& calibration,
   AliasQuestion question;
   question.modes = calibration.inversion.modes;
   question.rate_hz = rate_of(calibration.repeats.front().trace);
+  question.mode = calibration.mode.mode;
   const double stretch =
-      calibration.fundamental.natural_frequency_hz() / mesh.natural_frequency_hz(0);
+      calibration.fundamental.natural_frequency_hz() / mesh.natural_frequency_hz(question.mode);
   for (int i = 0; i < mesh.count(); ++i)
     question.mesh_hz.push_back(stretch * mesh.natural_frequency_hz(i));
   if (material.reported_youngs_modulus_pa) {
-    question.expected_first_hz =
-        mesh.natural_frequency_hz(0) * std::sqrt(*material.reported_youngs_modulus_pa);
+    question.expected_hz =
+        mesh.natural_frequency_hz(question.mode) * std::sqrt(*material.reported_youngs_modulus_pa);
   }
   const std::vector<std::string> found = alias_warnings(question);
   warnings.insert(warnings.end(), found.begin(), found.end());
@@ -198,7 +236,9 @@ Calibration calibrate_repeats(const Rig& rig,
                               CalibrationOptions options) {
   const RigMaterial& unknown = unknown_material(rig);
   Calibration calibration;
-  for (Repeat& repeat : repeats) repeat.columns = columns_to_invert(rig, repeat, options);
+  for (Repeat& repeat : repeats) {
+    repeat.columns = detail::columns_to_invert(rig, repeat.trace, repeat.file, options.columns);
+  }
   if (options.each_release) {
     const std::size_t num_recordings = repeats.size();
     repeats = cut_recordings(repeats, options.inversion);
@@ -213,6 +253,7 @@ Calibration calibrate_repeats(const Rig& rig,
   }
   for (Repeat& repeat : repeats) {
     invert_repeat(repeat, options);
+    if (repeats.size() == 1) skip_creeping_overtones(repeat, options, calibration);
     const InversionResult& inversion = repeat.inversion;
     append(calibration.remarks, inversion.remarks);
     append(calibration.warnings, inversion.notes);
@@ -227,11 +268,10 @@ Calibration calibrate_repeats(const Rig& rig,
   calibration.ladder = build_mesh_ladder(rig, ladder);
   const auto& notes = calibration.ladder.notes;
   calibration.warnings.insert(calibration.warnings.end(), notes.begin(), notes.end());
-  warn_about_overtones(
-      calibration.inversion, calibration.ladder.reference.back(), calibration.warnings);
+  find_mode(rig, unknown, options, calibration);
   warn_about_aliases(calibration, unknown, calibration.warnings);
 
-  calibration.sensitivities = modulus_sensitivities(rig, calibration.ladder.sensitivity_dx_m());
+  calibration.sensitivities = sensitivities_of(rig, calibration);
   calibration.material = detail::material_of(rig, unknown, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
@@ -241,7 +281,8 @@ Calibration calibrate_repeats(const Rig& rig,
                                                     first.trace,
                                                     first.columns.front(),
                                                     first.inversion,
-                                                    options.progress);
+                                                    options.progress,
+                                                    calibration.coarse_mode);
     calibration.material.validation = calibration.validation->figures;
     if (!calibration.validation->run.usable())
       calibration.warnings.push_back(calibration.validation->run.message);

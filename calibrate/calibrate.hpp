@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "calibrate/choose_mode.hpp"
 #include "calibrate/validate.hpp"
 #include "capture/track_markers.hpp"
 #include "coarsen/fit_material.hpp"
@@ -32,6 +33,8 @@ struct CalibrationOptions {
   std::function<void(const std::filesystem::path& film, const TrackResult& result)> on_tracked = {};
   /// Every release in a recording is a repeat of its own, see `cut_at_releases`.
   bool each_release = false;
+  /// The eigenmode that the strongest sinusoid is, from 0; absent: chosen, see `choose_mode`.
+  std::optional<int> mode = {};
 };
 
 /// One recording on its way through the line, or one release of it.
@@ -59,6 +62,9 @@ struct Calibration {
   std::optional<Validation> validation;  ///< of the first repeat
   std::vector<std::string> warnings;     ///< what may make it wrong, one sentence each
   std::vector<std::string> remarks;      ///< how it went, one sentence each
+  ModeChoice mode;                       ///< that the fundamental is, of the finest reference mesh
+  int coarse_mode = 0;                   ///< the same of the coarse mesh, from 0
+  RichardsonLimit limit;                 ///< of that mode
 };
 
 /// The inversion of all repeats with that of each, decay checks and all.

@@ -14,30 +14,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twang {
 namespace {
 
-/// A body moving in a few of its eigenmodes, let go from rest at `release_s`.
+/// When a body is let go, and how it gets back into its held shape in between.
+struct PluckTimes {
+  std::vector<double> releases_s;
+  double hold_s = 0.0;
+  double pull_s = 0.0;
+};
+
+/// A body moving in a few of its eigenmodes, let go from rest at each release.
 class ModalMotion {
  public:
   ModalMotion(const Eigenmodes& modes,
               const Eigen::VectorXd& amplitudes,
               const ElasticMaterial& material,
-              double release_s)
-      : m_modes(&modes), m_amplitudes(amplitudes), m_material(material), m_release_s(release_s) {}
+              PluckTimes times)
+      : m_modes(&modes),
+        m_amplitudes(amplitudes),
+        m_material(material),
+        m_times(std::move(times)) {}
 
   /// Displacement of every node at a time, (3 num_nodes) [m].
   [[nodiscard]] Eigen::VectorXd displacement(double time_s) const {
     return m_modes->shapes * coordinates(time_s);
   }
 
-  /// Modal coordinates; before the release those of the held body.
+  /// Modal coordinates: those of the held body before a release, free ones after it, and a smooth
+  /// change from these to those during the next pull.
+  [[nodiscard]] Eigen::VectorXd coordinates(double time_s) const {
+    const auto& releases = m_times.releases_s;
+    const auto next = std::upper_bound(releases.begin(), releases.end(), time_s);
+    if (next == releases.begin()) return m_amplitudes;
+    const Eigen::VectorXd c = free_coordinates(time_s - *(next - 1));
+    if (next == releases.end()) return c;
+    const double pulled =
+        std::clamp((time_s - (*next - m_times.hold_s - m_times.pull_s)) / m_times.pull_s, 0.0, 1.0);
+    const double share = 0.5 * (1.0 - std::cos(kPi * pulled));
+    return share * m_amplitudes + (1.0 - share) * c;
+  }
+
+ private:
+  /// A time after a release:
   ///
   ///     c(tau) = c0 exp(-d tau) (cos w tau + d/w sin w tau),   w = 2 pi f     [eq. (13) from rest]
-  [[nodiscard]] Eigen::VectorXd coordinates(double time_s) const {
-    const double tau = time_s - m_release_s;
-    if (tau <= 0.0) return m_amplitudes;
+  [[nodiscard]] Eigen::VectorXd free_coordinates(double tau) const {
     Eigen::VectorXd c = m_amplitudes;
     for (Eigen::Index i = 0; i < c.size(); ++i) {
       const double lambda = m_modes->lambda_per_s2[i];
@@ -56,11 +80,10 @@ class ModalMotion {
     return c;
   }
 
- private:
   const Eigenmodes* m_modes;
   Eigen::VectorXd m_amplitudes;
   ElasticMaterial m_material;
-  double m_release_s;
+  PluckTimes m_times;
 };
 
 /// Where the release holds the body, projected on its modes: c = phi' M u.
@@ -149,6 +172,18 @@ void RenderOptions::check() const {
                                  hold_s,
                                  film.duration_s));
   }
+  if (plucks < 1) throw InputError(fmt::format("plucks is {}, must be >= 1", plucks));
+  if (plucks > 1 && !(pull_s > 0.0)) {
+    throw InputError(fmt::format("pull_s is {}, must be > 0", pull_s));
+  }
+  if (plucks > 1 && hold_s + pull_s >= film.duration_s / plucks) {
+    throw InputError(
+        fmt::format("hold_s and pull_s are {} s together, must be below {} s, the film's duration "
+                    "over its {} plucks",
+                    hold_s + pull_s,
+                    film.duration_s / plucks,
+                    plucks));
+  }
   if (num_modes < 1) throw InputError(fmt::format("num_modes is {}, must be >= 1", num_modes));
   film.check();
 }
@@ -176,7 +211,11 @@ RenderTruth render_rig(const Rig& rig,
   if (!rung.modes.usable()) throw NumericalFailure(rung.modes.message);
 
   const Eigen::VectorXd amplitudes = held_amplitudes(rig, body, rung, options.amplitude);
-  const ModalMotion motion(rung.modes, amplitudes, material, options.hold_s);
+  PluckTimes times{{}, options.hold_s, options.pull_s};
+  for (int i = 0; i < options.plucks; ++i) {
+    times.releases_s.push_back(options.hold_s + i * options.film.duration_s / options.plucks);
+  }
+  const ModalMotion motion(rung.modes, amplitudes, material, times);
   const Scene scene(rig, rung.mesh, motion);
   FilmOptions film = options.film;
   film.progress = options.progress;
@@ -189,6 +228,7 @@ RenderTruth render_rig(const Rig& rig,
   truth.frequency_hz = first.frequency_hz;
   truth.decay_per_s = first.decay_per_s;
   truth.hold_s = options.hold_s;
+  truth.releases_s = times.releases_s;
   truth.num_elements = rung.mesh.num_elements();
   truth.dx_m = rung.mesh.requested_dx_m;
   truth.observable_at_release = kNaN;
@@ -223,6 +263,7 @@ std::string truth_to_json(const Rig& rig, const RenderTruth& truth) {
       {"frequency_hz", truth.frequency_hz},
       {"decay_per_s", truth.decay_per_s},
       {"release_s", truth.hold_s},
+      {"releases_s", truth.releases_s},
       {"observable_at_release", truth.observable_at_release},
       {"dx_mm", truth.dx_m * kMillimetresPerMetre},
       {"elements", truth.num_elements},

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace twang {
 
@@ -22,7 +23,9 @@ struct RenderOptions {
   FilmOptions film;
   LadderOptions ladder;  ///< for the limit modulus of the truth file
   ProgressCallback progress = {};
-  void check() const;  ///< throws InputError naming field, value, allowed range
+  int plucks = 1;       ///< evenly over the film; before each but the first it is pulled slowly
+  double pull_s = 0.2;  ///< that long [s]
+  void check() const;   ///< throws InputError naming field, value, allowed range
 };
 
 /// What a synthetic film was made from: the answer a calibration of it must find.
@@ -38,11 +41,12 @@ struct RenderTruth {
   int num_elements = 0;
   double dx_m = 0.0;
   FilmTruth film;
+  std::vector<double> releases_s;  ///< when it is let go, once a pluck [s]
 };
 
 /// Renders a film of the rig let go from its release: linear modes of a reference mesh, each
-/// decaying by eq. (14), held before and free after. Linear: right at small amplitude, which the
-/// film's truth assumes.
+/// decaying by eq. (14), held before and free after, once or several times. Linear: right at small
+/// amplitude, which the film's truth assumes.
 ///
 /// @param material  E, nu, rho and b that the part is to have
 /// @throws InputError if the rig lacks part, clamp, release, markers or camera; NumericalFailure;

@@ -8,7 +8,8 @@
 
 namespace twang {
 
-SimulatedObservable::SimulatedObservable(const Rig& rig, const MeshRung& rung) : m_rig(&rig) {
+SimulatedObservable::SimulatedObservable(const Rig& rig, const MeshRung& rung, int mode)
+    : m_rig(&rig) {
   if (rig.observable) {
     m_is_rigs_own = true;
     for (const std::string& id : rig.observable->markers) {
@@ -21,7 +22,7 @@ SimulatedObservable::SimulatedObservable(const Rig& rig, const MeshRung& rung) :
     return;
   }
   const Eigen::Map<const Eigen::Matrix3Xd> shape(
-      rung.modes.shapes.col(0).data(), 3, rung.mesh.num_nodes());
+      rung.modes.shapes.col(mode).data(), 3, rung.mesh.num_nodes());
   Eigen::Index most = 0;
   shape.colwise().squaredNorm().maxCoeff(&most);
   m_direction = shape.col(most).normalized();

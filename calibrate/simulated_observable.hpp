@@ -16,12 +16,13 @@ namespace twang {
 /// simulation.
 ///
 /// With an observable in the rig it is that one, its markers glued to the mesh (fixed ones at
-/// rest). Without, it is the displacement of the mesh node that moves most in the first eigenmode,
-/// along its motion there: a trace from elsewhere names no point, so only its shape over time can
+/// rest). Without, it is the displacement of the mesh node that moves most in an eigenmode, along
+/// its motion there: a trace from elsewhere names no point, so only its shape over time can
 /// be compared.
 class SimulatedObservable {
  public:
-  SimulatedObservable(const Rig& rig, const MeshRung& rung);
+  /// @param mode  the eigenmode that stands in where the rig has no observable, from 0
+  SimulatedObservable(const Rig& rig, const MeshRung& rung, int mode = 0);
 
   /// [m] or [rad]
   [[nodiscard]] double evaluate(const Eigen::VectorXd& u) const;

@@ -41,13 +41,14 @@ ValueAndRate at_origin(const DampedSinusoid& mode, std::size_t channel) {
                                   mode.decay_per_s * std::sin(in_channel.phase_rad))};
 }
 
-/// The strongest sinusoid on the first eigenmode; each further one on the eigenmode of its
+/// The strongest sinusoid on its eigenmode; each further one on the eigenmode of its
 /// frequency, if there is one.
 std::vector<CarriedMode> carry_modes(const MeshRung& coarse,
                                      const SimulatedObservable& observable,
                                      double modulus_pa,
                                      const InversionResult& inversion,
-                                     double si_per_unit) {
+                                     double si_per_unit,
+                                     int strongest) {
   constexpr double kSameFrequency = 0.15;  // relative: a coarse mesh shifts its overtones
   std::vector<CarriedMode> carried;
   std::vector<bool> taken(static_cast<std::size_t>(coarse.modes.count()), false);
@@ -63,7 +64,7 @@ std::vector<CarriedMode> carry_modes(const MeshRung& coarse,
         partner = i;
       }
     }
-    if (k == 0) partner = 0;
+    if (k == 0) partner = strongest;
     if (!partner) continue;
     const std::vector<int> cluster = mode_cluster(coarse.modes, *partner);
     Eigen::VectorXd shape = unit_observable_shape(coarse.modes, cluster, observable);
@@ -187,7 +188,8 @@ Validation validate_against_trace(const Rig& rig,
                                   const Trace& trace,
                                   const std::string& column,
                                   const InversionResult& inversion,
-                                  const ProgressCallback& progress) {
+                                  const ProgressCallback& progress,
+                                  int mode) {
   Validation validation;
   const DampedSinusoid& tracked = inversion.modes.front();
   const double si_per_unit = si_per_column_unit(column);
@@ -202,14 +204,14 @@ Validation validate_against_trace(const Rig& rig,
                    std::vector<ElasticMaterial>(coarse.mesh.material_names.size(), elastic));
   for (const PointMass& mass : rig.masses)
     body.add_point_mass(locate(coarse.mesh, mass.at), mass.mass_kg);
-  const SimulatedObservable observable(rig, coarse);
+  const SimulatedObservable observable(rig, coarse, mode);
   const std::vector<CarriedMode> carried =
-      carry_modes(coarse, observable, elastic.youngs_modulus_pa, inversion, si_per_unit);
+      carry_modes(coarse, observable, elastic.youngs_modulus_pa, inversion, si_per_unit, mode);
   if (carried.empty()) {
     validation.run.termination = Termination::NumericalFailure;
-    validation.run.message =
-        "The first eigenmode of the mesh does not move the observable; the trace cannot be "
-        "simulated.";
+    validation.run.message = fmt::format(
+        "Eigenmode {} of the mesh does not move the observable; the trace cannot be simulated.",
+        mode + 1);
     return validation;
   }
   Rest rest;
@@ -228,26 +230,35 @@ Validation validate_against_trace(const Rig& rig,
   BodyState state;
   state.u = start.u;
   state.v = Eigen::VectorXd::Zero(start.u.size());
-  for (const CarriedMode& mode : carried) state.v += mode.velocity * mode.unit_shape;
+  for (const CarriedMode& one : carried) state.v += one.velocity * one.unit_shape;
 
   const double period_s = 1.0 / tracked.frequency_hz;
   const double end_s =
       std::min(inversion.time_end_s, inversion.time_origin_s + kPeriodsCompared * period_s);
-  NewmarkOptions options;
-  options.step_s = period_s / kStepsPerPeriod;
-  validation.step_s = options.step_s;
-  NewmarkIntegrator integrator(body, coarse.held_nodes, options, rest.force);
-  validation.run = run(
-      integrator,
-      state,
-      options.step_s,
-      end_s - inversion.time_origin_s + options.step_s,
-      [&](const BodyState& now) {
-        validation.fine_time_s.push_back(inversion.time_origin_s + now.time_s);
-        validation.fine_simulated.push_back((observable.evaluate(now.u) - rest.observable) /
-                                            si_per_unit);
-      },
-      progress);
+  // A heavily damped part is stiff: where a step fails, all is done again with shorter ones.
+  constexpr int kAttempts = 3;
+  constexpr double kShorter = 4.0;
+  validation.step_s = period_s / kStepsPerPeriod;
+  for (int attempt = 0; attempt < kAttempts && !validation.run.usable(); ++attempt) {
+    if (attempt > 0) validation.step_s /= kShorter;
+    validation.fine_time_s.clear();
+    validation.fine_simulated.clear();
+    NewmarkOptions options;
+    options.step_s = validation.step_s;
+    NewmarkIntegrator integrator(body, coarse.held_nodes, options, rest.force);
+    BodyState now = state;
+    validation.run = run(
+        integrator,
+        now,
+        options.step_s,
+        end_s - inversion.time_origin_s + options.step_s,
+        [&](const BodyState& at) {
+          validation.fine_time_s.push_back(inversion.time_origin_s + at.time_s);
+          validation.fine_simulated.push_back((observable.evaluate(at.u) - rest.observable) /
+                                              si_per_unit);
+        },
+        progress);
+  }
   if (!validation.run.usable()) return validation;
   compare_with_samples(validation, trace, *trace.find(column), inversion, end_s);
   measure_simulated(validation, tracked);

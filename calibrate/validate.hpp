@@ -32,12 +32,14 @@ struct Validation {
 /// Starts the coarse mesh where the fitted modes say the rig was at their time origin, lets it go
 /// (neo-Hookean, trapezoidal Newmark, Rayleigh b) for ten periods and compares. No time shift is
 /// fitted.
+/// @param mode  of `coarse` that the strongest sinusoid is, from 0
 [[nodiscard]] Validation validate_against_trace(const Rig& rig,
                                                 const MeshRung& coarse,
                                                 const Material& material,
                                                 const Trace& trace,
                                                 const std::string& column,
                                                 const InversionResult& inversion,
-                                                const ProgressCallback& progress = {});
+                                                const ProgressCallback& progress = {},
+                                                int mode = 0);
 
 }  // namespace twang

@@ -46,7 +46,7 @@ struct RayleighFit {
 /// @throws InputError with fewer than two different eigenvalues
 [[nodiscard]] RayleighFit fit_rayleigh(const std::vector<DampedSinusoid>& sinusoids);
 
-/// Relative sensitivities of the identified modulus, d ln E / d x = -d ln lambda_1 / d x.
+/// Relative sensitivities of the identified modulus, d ln E / d x = -d ln lambda_k / d x.
 struct ModulusSensitivities {
   double dimension_per_m = 0.0;  ///< every outer face of the part moved outwards by half of it,
                                  ///< held nodes stay held: thickness [1/m]
@@ -62,8 +62,9 @@ struct ModulusSensitivities {
 ///
 /// @param dx_m  cell size, that of an accurate rung of the ladder: a coarser mesh that locks
 ///              exaggerates the part of nu [m]
+/// @param mode  whose eigenvalue was tracked, of that mesh, from 0
 /// @throws InputError as `build_mesh_ladder`; NumericalFailure if the eigenproblem cannot be solved
-[[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m);
+[[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m, int mode = 0);
 
 /// The relative parts of sigma_E [contract of material.json]: statistical from (f, d), repeats,
 /// mesh from the Richardson limit, and the rig's tolerances through the sensitivities (clock: twice

@@ -89,24 +89,44 @@ double MeshLadder::sensitivity_dx_m() const {
   return dx_m;
 }
 
-MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
-  options.check();
+namespace {
+
+/// The ladder without a coarse mesh, and the rig as it is meshed.
+struct Reference {
   MeshLadder ladder;
+  Rig identified;
+};
+
+Reference build_reference(const Rig& rig, const LadderOptions& options) {
+  options.check();
+  Reference built;
+  MeshLadder& ladder = built.ladder;
   std::optional<HexMesh> file_mesh;
   if (rig.meshing.file) file_mesh = read_mesh_of(rig, ElementKind::Hex20);
-  const Rig identified =
+  built.identified =
       rig_to_identify(file_mesh ? with_surfaces_of(rig, *file_mesh) : rig, ladder.notes);
-  ladder.stated_moduli = has_several_materials(identified);
-  ladder.start_dx_m = starting_dx(identified, options, ladder.notes);
+  ladder.stated_moduli = has_several_materials(built.identified);
+  ladder.start_dx_m = starting_dx(built.identified, options, ladder.notes);
   if (file_mesh) {
-    refine_file_reference(identified, std::move(*file_mesh), options, ladder);
+    refine_file_reference(built.identified, std::move(*file_mesh), options, ladder);
   } else {
-    refine_reference(identified, ladder.start_dx_m, options, ladder);
+    refine_reference(built.identified, ladder.start_dx_m, options, ladder);
   }
   for (const MeshRung& rung : ladder.reference) add_mesh_notes(rung.mesh, ladder);
   ladder.num_reference_notes = ladder.notes.size();
-  choose(identified, options, ladder);
-  return ladder;
+  return built;
+}
+
+}  // namespace
+
+MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options) {
+  return build_reference(rig, options).ladder;
+}
+
+MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options) {
+  Reference built = build_reference(rig, options);
+  choose(built.identified, options, built.ladder);
+  return std::move(built.ladder);
 }
 
 MeshLadder choose_again(const Rig& rig, MeshLadder ladder, const LadderOptions& options) {

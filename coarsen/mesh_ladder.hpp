@@ -122,6 +122,10 @@ struct MeshLadder {
 /// NumericalFailure if an eigenproblem cannot be solved
 [[nodiscard]] MeshLadder build_mesh_ladder(const Rig& rig, const LadderOptions& options = {});
 
+/// The reference ladder alone, without a coarse mesh.
+/// @throws as `build_mesh_ladder`
+[[nodiscard]] MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options = {});
+
 /// Chooses the coarse mesh of a ladder anew, its reference kept: another element, tolerance or
 /// number of modes, or another cell size wanted.
 /// @param options  as `build_mesh_ladder`; those of the reference play no role

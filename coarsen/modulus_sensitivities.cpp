@@ -31,11 +31,11 @@ double logarithmic_slope(double below, double above, double step) {
 
 }  // namespace
 
-ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m) {
+ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m, int mode) {
   std::vector<std::string> notes;
   const Rig identified = rig_to_identify(rig, notes);
-  const MeshRung rung = compute_rung(identified, dx_m, ElementKind::Hex20, 1, {});
-  const Eigen::VectorXd phi = rung.modes.shapes.col(0);
+  const MeshRung rung = compute_rung(identified, dx_m, ElementKind::Hex20, mode + 1, {});
+  const Eigen::VectorXd phi = rung.modes.shapes.col(mode);
   const std::vector<ElasticMaterial> materials = elastic_materials(identified, rung.mesh);
   const std::vector<MeshPoint> weights = mass_points(identified, rung.mesh);
 

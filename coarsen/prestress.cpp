@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace twang {
@@ -38,7 +39,10 @@ StaticResult sag_under_gravity(const Rig& rig,
   return sag_of(rig, rung, body_of(rig, rung, material));
 }
 
-double prestress_factor(const Rig& rig, const MeshRung& rung, const ElasticMaterial& material) {
+double prestress_factor(const Rig& rig,
+                        const MeshRung& rung,
+                        const ElasticMaterial& material,
+                        int mode) {
   if (!rig.gravity_m_s2) return 1.0;
   const ElasticBody body = body_of(rig, rung, material);
   const StaticResult sag = sag_of(rig, rung, body);
@@ -49,7 +53,8 @@ double prestress_factor(const Rig& rig, const MeshRung& rung, const ElasticMater
                     sag.message));
   }
   EigenmodeOptions options;
-  options.count = 1;
+  constexpr int kSpareModes = 2;  // a sag that turns the part may let modes change places
+  options.count = mode == 0 ? 1 : std::min(mode + 1 + kSpareModes, rung.modes.count());
   const Eigenmodes modes = compute_eigenmodes(body, rung.held_nodes, options, sag.u);
   if (!modes.usable()) {
     throw NumericalFailure(
@@ -57,14 +62,21 @@ double prestress_factor(const Rig& rig, const MeshRung& rung, const ElasticMater
                     material.youngs_modulus_pa,
                     modes.message));
   }
-  return modes.lambda_per_s2[0] / (material.youngs_modulus_pa * rung.modes.lambda_per_s2[0]);
+  Eigen::Index same = 0;
+  if (mode > 0) {
+    (modes.shapes.transpose() * (body.mass() * rung.modes.shapes.col(mode)))
+        .cwiseAbs()
+        .maxCoeff(&same);
+  }
+  return modes.lambda_per_s2[same] / (material.youngs_modulus_pa * rung.modes.lambda_per_s2[mode]);
 }
 
 double modulus_for_target(const Rig& rig,
                           const MeshRung& rung,
                           ElasticMaterial material,
                           double unit_lambda_per_s2,
-                          double target_lambda_per_s2) {
+                          double target_lambda_per_s2,
+                          int mode) {
   double modulus = rescaled_modulus(1.0, target_lambda_per_s2, unit_lambda_per_s2);
   if (!rig.gravity_m_s2) return modulus;
   constexpr int kMostIterations = 30;
@@ -72,7 +84,7 @@ double modulus_for_target(const Rig& rig,
   for (int i = 0; i < kMostIterations; ++i) {
     material.youngs_modulus_pa = modulus;
     const double next =
-        target_lambda_per_s2 / (unit_lambda_per_s2 * prestress_factor(rig, rung, material));
+        target_lambda_per_s2 / (unit_lambda_per_s2 * prestress_factor(rig, rung, material, mode));
     const double change = std::abs(next / modulus - 1.0);
     modulus = next;
     if (change < kSettled) return modulus;

@@ -105,33 +105,21 @@ void note_changing_geometry(MeshLadder& ladder) {
 /// Where others of the element do not share it, cells stand for the part by stairs, which may come
 /// near it in volume and still stiffen with every halving: the last difference is the least that is
 /// uncertain.
-RichardsonLimit limit_at(const std::vector<MeshRung>& reference, std::size_t last) {
+RichardsonLimit limit_at(const std::vector<MeshRung>& reference,
+                         const std::vector<double>& all_lambdas,
+                         std::size_t last) {
   std::size_t first = last;
   while (first > 0 && same_sequence(reference[first - 1], reference[last])) --first;
   std::vector<double> lambdas;
-  for (std::size_t i = first; i <= last; ++i)
-    lambdas.push_back(reference[i].modes.lambda_per_s2(0));
+  for (std::size_t i = first; i <= last; ++i) lambdas.push_back(all_lambdas[i]);
   RichardsonLimit limit = richardson_limit(lambdas);
   const HexMesh& mesh = reference[last].mesh;
   const bool stairs = first > 0 && reference[first - 1].mesh.kind == mesh.kind &&
                       !(std::abs(mesh.volume() / mesh.part_volume_m3 - 1.0) <= kExactVolume);
   if (last > 0 && (stairs || first == last)) {
-    const double before = reference[last - 1].modes.lambda_per_s2(0);
+    const double before = all_lambdas[last - 1];
     const double change = std::abs(before / lambdas.back() - 1.0);
     limit.relative_sigma = std::max(limit.relative_sigma, change);
-  }
-  return limit;
-}
-
-/// That of the finest rung; where hex20 ended on the same geometry, the one less uncertain.
-RichardsonLimit limit_of(const std::vector<MeshRung>& reference) {
-  const std::size_t finest = reference.size() - 1;
-  RichardsonLimit limit = limit_at(reference, finest);
-  for (std::size_t i = finest; i-- > 0;) {
-    if (reference[i].mesh.kind == reference[finest].mesh.kind) continue;
-    const RichardsonLimit other = limit_at(reference, i);
-    const bool better = other.relative_sigma < limit.relative_sigma;
-    return better && same_geometry(reference[i], reference[finest]) ? other : limit;
   }
   return limit;
 }
@@ -186,7 +174,9 @@ double refine_on(const Rig& rig, double change, const LadderOptions& options, Me
 
 /// Limit, notes and the accurate rung of a reference that stands.
 void conclude(double change, const LadderOptions& options, MeshLadder& ladder) {
-  ladder.limit = limit_of(ladder.reference);
+  std::vector<double> lambdas;
+  for (const MeshRung& rung : ladder.reference) lambdas.push_back(rung.modes.lambda_per_s2(0));
+  ladder.limit = limit_of(ladder.reference, lambdas);
   note_changing_geometry(ladder);
   if (!ladder.convergent) {
     ladder.notes.push_back(
@@ -206,6 +196,19 @@ void conclude(double change, const LadderOptions& options, MeshLadder& ladder) {
 }
 
 }  // namespace
+
+RichardsonLimit limit_of(const std::vector<MeshRung>& reference,
+                         const std::vector<double>& lambdas_per_s2) {
+  const std::size_t finest = reference.size() - 1;
+  RichardsonLimit limit = limit_at(reference, lambdas_per_s2, finest);
+  for (std::size_t i = finest; i-- > 0;) {
+    if (reference[i].mesh.kind == reference[finest].mesh.kind) continue;
+    const RichardsonLimit other = limit_at(reference, lambdas_per_s2, i);
+    const bool better = other.relative_sigma < limit.relative_sigma;
+    return better && same_geometry(reference[i], reference[finest]) ? other : limit;
+  }
+  return limit;
+}
 
 double starting_dx(const Rig& rig, const LadderOptions& options, std::vector<std::string>& notes) {
   double dx = 0.0;

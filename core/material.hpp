@@ -87,6 +87,8 @@ struct Material {
   ValidationFigures validation;
   std::map<std::string, std::string> specimen;  ///< free text carried over from the rig
   Provenance provenance;
+  int eigenmode = 1;             ///< of the mesh that was tracked, from 1
+  std::string eigenmode_reason;  ///< why that one, one sentence; may be empty
 };
 
 }  // namespace twang

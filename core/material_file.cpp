@@ -69,6 +69,8 @@ std::string material_to_json(const Material& material) {
       {"tan_delta", material.tan_delta},
       {"amplitude_range", material.amplitude_range},
       {"amplitude_unit", material.amplitude_unit},
+      {"eigenmode", material.eigenmode},
+      {"eigenmode_reason", material.eigenmode_reason},
       {"uncertainty",
        {{"statistical", budget.statistical},
         {"repeats", budget.repeats},
@@ -144,6 +146,8 @@ Material read_material(const std::filesystem::path& path) {
   if (reader.has("reported_youngs_modulus_pa")) {
     material.reported_youngs_modulus_pa = reader.positive("reported_youngs_modulus_pa");
   }
+  if (reader.has("eigenmode")) material.eigenmode = reader.count("eigenmode");
+  if (reader.has("eigenmode_reason")) material.eigenmode_reason = reader.text("eigenmode_reason");
   const ObjectReader budget = reader.object("uncertainty");
   material.uncertainty = {budget.number("statistical"),
                           budget.number("repeats"),

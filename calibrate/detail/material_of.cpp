@@ -2,6 +2,7 @@
 #include "calibrate/detail/material_of.hpp"
 
 #include "calibrate/repeat_scatter.hpp"
+#include "coarsen/follow_mode.hpp"
 #include "coarsen/prestress.hpp"
 #include "core/sha256.hpp"
 #include "core/units.hpp"
@@ -65,13 +66,18 @@ Material material_of(const Rig& rig, const RigMaterial& unknown, const Calibrati
   Material material;
   material.material = unknown.name;
   const ElasticMaterial elastic = {1.0, unknown.poissons_ratio, unknown.density_kg_m3};
-  material.youngs_modulus_identified_pa = modulus_for_target(rig,
-                                                             calibration.ladder.reference.front(),
-                                                             elastic,
-                                                             calibration.ladder.limit.lambda_per_s2,
-                                                             target.lambda_per_s2);
+  const MeshRung& light = calibration.ladder.reference.front();
+  const int light_mode =
+      follow_mode(calibration.ladder.reference.back(), calibration.mode.mode, light).mode;
+  material.youngs_modulus_identified_pa = modulus_for_target(
+      rig, light, elastic, calibration.limit.lambda_per_s2, target.lambda_per_s2, light_mode);
   material.youngs_modulus_numerical_pa =
-      modulus_for_target(rig, coarse, elastic, coarse.modes.lambda_per_s2[0], target.lambda_per_s2);
+      modulus_for_target(rig,
+                         coarse,
+                         elastic,
+                         coarse.modes.lambda_per_s2[calibration.coarse_mode],
+                         target.lambda_per_s2,
+                         calibration.coarse_mode);
   material.numerical_element = to_string(coarse.mesh.kind);
   material.numerical_dx_mm =
       rounded_to_picometres(coarse.mesh.requested_dx_m) * kMillimetresPerMetre;
@@ -91,13 +97,15 @@ Material material_of(const Rig& rig, const RigMaterial& unknown, const Calibrati
   material.amplitude_range = amplitude_range(calibration.repeats);
   material.amplitude_unit = unit_of_column(calibration.repeats.front().columns.front());
   material.uncertainty = modulus_budget(target,
-                                        calibration.ladder.limit.relative_sigma,
+                                        calibration.limit.relative_sigma,
                                         between_repeats(calibration),
                                         rig.tolerance,
                                         calibration.sensitivities);
   material.youngs_modulus_identified_sigma_pa =
       material.youngs_modulus_identified_pa * material.uncertainty.total();
   material.specimen = rig.specimen;
+  material.eigenmode = calibration.mode.mode + 1;
+  material.eigenmode_reason = calibration.mode.reason;
   return material;
 }
 
@@ -125,6 +133,7 @@ Provenance provenance_of(const Rig& rig,
   used["columns"] = columns;
   used["start_s"] = fmt::format("{}", repeats.front().inversion.time_origin_s);
   used["end_s"] = fmt::format("{}", repeats.front().inversion.time_end_s);
+  if (options.mode) used["mode"] = fmt::format("{}", *options.mode + 1);
   if (options.each_release) used["each_release"] = "true";
   if (options.track.capture_fps)
     used["capture_fps"] = fmt::format("{}", *options.track.capture_fps);

@@ -27,6 +27,12 @@ void refine_file_reference(const Rig& rig,
                            const LadderOptions& options,
                            MeshLadder& ladder);
 
+/// The limit of one mode: that of the finest rung; where hex20 ended on the same geometry, the one
+/// less uncertain.
+/// @param lambdas_per_s2  of that mode, one a rung
+[[nodiscard]] RichardsonLimit limit_of(const std::vector<MeshRung>& reference,
+                                       const std::vector<double>& lambdas_per_s2);
+
 /// Fills `candidates`, `coarse`, `choice` and notes of `ladder`, whose reference stands.
 void choose_mesh(const Rig& rig,
                  double start_dx_m,

@@ -75,6 +75,28 @@ TEST_F(RealRecording, SiliconeBeamsGravityReleasesGiveItsModulus) {
   EXPECT_NE(outcome.out.find("from the reported one"), std::string::npos)
       << "the distance to the authors' modulus is said";
   std::printf("%s", outcome.out.c_str());
+
+  // The same beam with 52 g at its tip, foretold by that material.
+  const CommandOutcome loaded = run_twang({"predict",
+                                           kRigs + "silicone_beam_52g.toml",
+                                           "--material",
+                                           (folder / "out").string(),
+                                           "--trace",
+                                           (beam / "beam_load52_V2_a.csv").string(),
+                                           "--column",
+                                           "m0x_m",
+                                           "--out",
+                                           (folder / "loaded").string()});
+  ASSERT_EQ(loaded.exit_code, 0) << loaded.err;
+  const auto prediction = nlohmann::json::parse(read_file(folder / "loaded" / "prediction.json"));
+  // an independent fit of the trace: 4.36 Hz, 1.65 1/s
+  EXPECT_NEAR(prediction.at("tracked").at("frequency_hz").get<double>(), 4.36, 0.02);
+  EXPECT_LT(std::abs(prediction.at("frequency_error_rel").get<double>()), 0.02);
+  // b by that fit: 2 d / lambda = 4.4 ms here, 2.06 ms without the weight.
+  EXPECT_NEAR(prediction.at("tracked_over_material_b").get<double>(), 2.1, 0.1);
+  EXPECT_NE(loaded.out.find("b depends on frequency"), std::string::npos)
+      << "that the decay misses, and why, is said";
+  std::printf("%s", loaded.out.c_str());
 }
 
 TEST_F(RealRecording, JumperRigOfThePaper) {

@@ -45,6 +45,8 @@ Material distinct_material() {
   m.tan_delta = 0.0502;
   m.amplitude_range = {0.003, 0.11};
   m.amplitude_unit = "rad";
+  m.eigenmode = 3;
+  m.eigenmode_reason = "the markers move as in it";
   m.uncertainty = {0.011, 0.012, 0.013, 0.014, 0.015, 0.016, 0.017};
   m.validation = {0.021, -0.022, 0.023};
   m.specimen = {{"batch", "A7"}, {"note", "Größe \"5\""}};
@@ -80,6 +82,8 @@ void expect_equal(const Material& found, const Material& expected) {
   EXPECT_EQ(found.tan_delta, expected.tan_delta);
   EXPECT_EQ(found.amplitude_range, expected.amplitude_range);
   EXPECT_EQ(found.amplitude_unit, expected.amplitude_unit);
+  EXPECT_EQ(found.eigenmode, expected.eigenmode);
+  EXPECT_EQ(found.eigenmode_reason, expected.eigenmode_reason);
   EXPECT_EQ(found.uncertainty.statistical, expected.uncertainty.statistical);
   EXPECT_EQ(found.uncertainty.repeats, expected.uncertainty.repeats);
   EXPECT_EQ(found.uncertainty.mesh, expected.uncertainty.mesh);
@@ -156,7 +160,7 @@ TEST(MaterialFile, WritesBytesThatAreNotUtf8AsReplacementCharacters) {
 TEST(MaterialFile, RefusesAFileThatLacksAnyKeyOfTheContract) {
   const json sound = json::parse(material_to_json(distinct_material()));
   const std::set<std::string> optional = {
-      "specimen", "amplitude_unit", "reported_youngs_modulus_pa"};
+      "specimen", "amplitude_unit", "reported_youngs_modulus_pa", "eigenmode", "eigenmode_reason"};
   const TemporaryFolder folder;
   int refused = 0;
   for (const auto& [key, value] : sound.items()) {
