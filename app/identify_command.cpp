@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/terminal.hpp"
 #include "coarsen/identify_moduli.hpp"
 #include "core/error.hpp"
@@ -78,10 +79,6 @@ std::vector<ModalMeasurement> measurements_of(const Rig& rig,
     measurement.name = file;
   }
   return measurements;
-}
-
-nlohmann::ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
 std::string json_of(const IdentifiedMaterials& found,

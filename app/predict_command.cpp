@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/options.hpp"
 #include "app/terminal.hpp"
 #include "calibrate/predict.hpp"
@@ -33,10 +34,6 @@ struct PredictCommand {
   std::optional<int> mode;
   InversionFlags inversion;
 };
-
-nlohmann::ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
 
 nlohmann::ordered_json json_of(const PredictedMotion& motion) {
   return {{"frequency_hz", motion.frequency_hz},

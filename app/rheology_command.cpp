@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/terminal.hpp"
 #include "calibrate/rheology.hpp"
 #include "core/atomic_file.hpp"
@@ -37,10 +38,6 @@ std::vector<NamedMaterial> read_all(const std::vector<std::string>& folders) {
     all.push_back({folder, read_material(fs::is_directory(path) ? path / "material.json" : path)});
   }
   return all;
-}
-
-nlohmann::ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
 nlohmann::ordered_json json_of(const std::optional<PowerLaw>& law) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/alias_check.hpp"
 
+#include "calibrate/detail/ratio.hpp"
 #include "core/constants.hpp"
 
 #include <fmt/format.h>
@@ -45,8 +46,6 @@ int explained(const AliasQuestion& question, double strongest_hz) {
   }
   return count;
 }
-
-double ratio_of(double a, double b) { return a > b ? a / b : b / a; }
 
 void ask_for_strongest(const AliasQuestion& question, std::vector<std::string>& warnings) {
   const double f = question.modes.front().natural_frequency_hz();

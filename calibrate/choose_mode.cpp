@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/choose_mode.hpp"
 
+#include "calibrate/detail/ratio.hpp"
 #include "calibrate/detail/visible_share.hpp"
 #include "calibrate/simulated_observable.hpp"
 #include "core/dense_algebra.hpp"
@@ -42,8 +43,6 @@ constexpr double kModulusMisses = 4.0;  // and from which it does not
 constexpr double kClear = 1.1;
 /// Evidence this much stronger for another, its ln, is told whatever the prior says.
 constexpr double kTelling = 2.0;
-
-double ratio_of(double a, double b) { return a > b ? a / b : b / a; }
 
 double amplitude_of(const DampedSinusoid& sinusoid) {
   double sum = 0.0;

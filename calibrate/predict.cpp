@@ -115,13 +115,6 @@ void predict(const Rig& rig,
   if (!prediction.mode.doubt.empty()) prediction.warnings.push_back(prediction.mode.doubt);
 }
 
-std::string with_sigma(double value, double sigma) {
-  if (!std::isfinite(sigma) || !(sigma > 0.0)) return rounded_text(value, 4);
-  // both end at sigma's second digit
-  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
-  return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, sigma, decimals);
-}
-
 std::string percent(double relative) {
   return fmt::format("{}{} %", relative > 0.0 ? "+" : "", rounded_text(100.0 * relative, 2));
 }
@@ -142,14 +135,14 @@ void compare(const Material& material, Prediction& prediction) {
   }
   prediction.sentences.push_back(
       fmt::format("Frequency: predicted {} Hz, tracked {} Hz, {}.",
-                  with_sigma(predicted.frequency_hz, predicted.frequency_sigma_hz),
-                  with_sigma(tracked.frequency_hz, tracked.frequency_sigma_hz),
+                  text_with_sigma(predicted.frequency_hz, predicted.frequency_sigma_hz),
+                  text_with_sigma(tracked.frequency_hz, tracked.frequency_sigma_hz),
                   percent(prediction.frequency_error_rel)));
   prediction.sentences.push_back(
       fmt::format("Decay: predicted {} 1/s with the b of {} Hz, tracked {} 1/s, {}.",
-                  with_sigma(predicted.decay_per_s, predicted.decay_sigma_per_s),
+                  text_with_sigma(predicted.decay_per_s, predicted.decay_sigma_per_s),
                   rounded_text(material.frequency_hz, 4),
-                  with_sigma(tracked.decay_per_s, tracked.decay_sigma_per_s),
+                  text_with_sigma(tracked.decay_per_s, tracked.decay_sigma_per_s),
                   percent(prediction.decay_error_rel)));
   constexpr double kSigmas = 2.0;
   const double sigma = std::hypot(predicted.decay_sigma_per_s, tracked.decay_sigma_per_s);

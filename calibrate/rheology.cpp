@@ -85,15 +85,8 @@ PowerLaw fit_power_law(const std::vector<FrequencyPoint>& points,
   return law;
 }
 
-/// "0.0310 ± 0.0040": both end at sigma's second digit.
-std::string with_sigma(double value, double sigma) {
-  if (!std::isfinite(sigma) || !(sigma > 0.0)) return rounded_text(value, 3);
-  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
-  return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, sigma, decimals);
-}
-
 std::string exponent_text(const PowerLaw& law) {
-  return with_sigma(law.exponent, law.exponent_sigma);
+  return text_with_sigma(law.exponent, law.exponent_sigma);
 }
 
 std::string modulus_sentence(const FrequencyDependence& found) {
@@ -130,8 +123,8 @@ std::string loss_sentence(const FrequencyDependence& found) {
   const double sigma = measured * std::sqrt(variance) / static_cast<double>(found.points.size());
   std::string text = fmt::format(
       "A material with E ~ f^n has tan delta = tan(n pi / 2) = {}; measured is {} at {} Hz",
-      with_sigma(found.tan_delta_of_exponent, found.tan_delta_of_exponent_sigma),
-      with_sigma(measured, sigma),
+      text_with_sigma(found.tan_delta_of_exponent, found.tan_delta_of_exponent_sigma),
+      text_with_sigma(measured, sigma),
       rounded_text(found.tan_delta->reference_hz, 4));
   const double both = std::hypot(sigma, found.tan_delta_of_exponent_sigma);
   if (!std::isfinite(both)) return text + ".";

@@ -14,7 +14,7 @@ namespace twang {
 namespace {
 
 /// Modes whose frequencies follow each other this closely may be turned into one another by a mesh.
-constexpr double kNearEqual = 0.03;  // [-]
+constexpr double kSameFrequency = 0.03;  // [-]
 constexpr Eigen::Index kMostPoints = 2000;
 
 struct Family {
@@ -26,7 +26,7 @@ Family family_of(const Eigenmodes& modes, int index) {
   const auto near = [&](int a, int b) {
     const double fa = modes.natural_frequency_hz(a);
     const double fb = modes.natural_frequency_hz(b);
-    return std::abs(fb - fa) <= kNearEqual * std::max(fa, fb);
+    return std::abs(fb - fa) <= kSameFrequency * std::max(fa, fb);
   };
   Family family{index, 1};
   while (family.first > 0 && near(family.first - 1, family.first)) --family.first;

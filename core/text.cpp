@@ -47,6 +47,23 @@ std::string rounded_text(double value, int digits) {
   return fmt::format("{:.{}f}", std::stod(scientific), decimals);
 }
 
+std::string text_with_sigma(double value, double sigma) {
+  constexpr int kDigitsWithoutSigma = 4;
+  if (!std::isfinite(value)) return "–";
+  const std::string alone = rounded_text(value, kDigitsWithoutSigma);
+  if (!std::isfinite(sigma) || sigma <= 0.0) return alone;
+  // The place of sigma's second digit, after rounding sigma to two digits (0.0996 is 0.10).
+  const double rounded_sigma = std::stod(fmt::format("{:.1e}", sigma));
+  const int place = static_cast<int>(std::floor(std::log10(rounded_sigma) + 1e-12)) - 1;
+  constexpr int kFinestPlace = -12;
+  if (place >= 0) {
+    const double unit = std::pow(10.0, place);
+    return fmt::format("{:.0f} ± {:.0f}", std::round(value / unit) * unit, rounded_sigma);
+  }
+  if (place < kFinestPlace) return alone;
+  return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, rounded_sigma, -place);
+}
+
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {
   const auto nearest = std::min_element(
       candidates.begin(), candidates.end(), [&](const std::string& a, const std::string& b) {

@@ -14,6 +14,10 @@ namespace twang {
 /// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e7.
 [[nodiscard]] std::string rounded_text(double value, int digits);
 
+/// `value` ± `sigma`, both rounded where the second significant digit of sigma stands; `value`
+/// alone with four digits if sigma is not a positive number, "–" if value is not finite.
+[[nodiscard]] std::string text_with_sigma(double value, double sigma);
+
 /// The candidate with the smallest edit distance (Levenshtein) to `word`; empty if there is no
 /// candidate.
 [[nodiscard]] std::string nearest_word(std::string_view word,

@@ -146,20 +146,6 @@ TableFormat table_format_from(std::string_view name) {
       fmt::format("table format is \"{}\", must be one of text, csv, markdown, latex, json", name));
 }
 
-std::string text_with_sigma(double value, double sigma) {
-  if (!std::isfinite(value) || !std::isfinite(sigma) || sigma <= 0.0) return number_text(value);
-  // The place of sigma's second digit, after rounding sigma to two digits (0.0996 is 0.10).
-  const double rounded_sigma = std::stod(fmt::format("{:.1e}", sigma));
-  const int place = static_cast<int>(std::floor(std::log10(rounded_sigma) + 1e-12)) - 1;
-  constexpr int kFinestPlace = -12;
-  if (place >= 0) {
-    const double unit = std::pow(10.0, place);
-    return fmt::format("{:.0f} ± {:.0f}", std::round(value / unit) * unit, rounded_sigma);
-  }
-  if (place < kFinestPlace) return number_text(value);
-  return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, rounded_sigma, -place);
-}
-
 std::string format_material_table(const std::vector<Material>& materials, TableFormat format) {
   switch (format) {
     case TableFormat::Csv:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/material.hpp"
+#include "core/text.hpp"
 
 #include <string>
 #include <string_view>
@@ -23,9 +24,5 @@ enum class TableFormat { Text, Csv, Markdown, Latex, Json };
 /// calibration with `nan` for what is not known, JSON is an array of material.json objects.
 [[nodiscard]] std::string format_material_table(const std::vector<Material>& materials,
                                                 TableFormat format);
-
-/// `value` ± `sigma`, both rounded where the second significant digit of sigma stands; `value`
-/// alone with four digits if sigma is not a positive number, "–" if value is not finite.
-[[nodiscard]] std::string text_with_sigma(double value, double sigma);
 
 }  // namespace twang

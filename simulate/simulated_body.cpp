@@ -18,7 +18,7 @@
 namespace twang {
 namespace {
 
-constexpr double kSameTime = 1e-9;  // of a step, round-off of a product [-]
+constexpr double kReleaseSlack = 1e-9;  // of a step, round-off of a product [-]
 
 /// A load and the nodal force that stands for it until it is let go.
 struct HeldLoad {
@@ -107,7 +107,7 @@ void SimulatedBody::Impl::start_moving() {
 Eigen::VectorXd SimulatedBody::Impl::load_force(double time_s) const {
   Eigen::VectorXd force = Eigen::VectorXd::Zero(body.mesh().num_dofs());
   for (const HeldLoad& held_load : loads)
-    if (time_s < held_load.load.release_s - kSameTime * step_s) force += held_load.force;
+    if (time_s < held_load.load.release_s - kReleaseSlack * step_s) force += held_load.force;
   return force;
 }
 

@@ -16,11 +16,11 @@
 namespace twang {
 namespace {
 
-constexpr double kSmallestPart = 1.0 / 256.0;          // of the whole load [-]
-constexpr double kSufficientDecrease = 1e-4;           // Armijo's constant [-]
-constexpr double kSmallestStepLength = 1.0 / 16384.0;  // of the Newton step [-]
-constexpr double kForcing = 1e-2;                      // accuracy of a linear solve [-]
-constexpr int kMaxLinearIterations = 150;
+constexpr double kSmallestPart = 1.0 / 256.0;        // of the whole load [-]
+constexpr double kArmijo = 1e-4;                     // Armijo's constant [-]
+constexpr double kSmallestStepPart = 1.0 / 16384.0;  // of the Newton step [-]
+constexpr double kForcing = 1e-2;                    // accuracy of a linear solve [-]
+constexpr int kMaxTruncatedIterations = 150;
 constexpr double kGapTolerance = 1e-12;  // of the prescribed displacement, relative to it [-]
 constexpr double kFinest = 1e-9;         // tolerance: inexact steps go no further [-]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -140,7 +140,7 @@ class StaticMinimizer {
     Eigen::VectorXd d = z;
     double rz = r.dot(z);
     const double goal = kForcing * kForcing * rz;
-    for (int i = 0; i < kMaxLinearIterations && rz > goal; ++i) {
+    for (int i = 0; i < kMaxTruncatedIterations && rz > goal; ++i) {
       const Eigen::VectorXd q = m_damped.step_product(at, d);
       const double curvature = d.dot(q);
       if (!std::isfinite(curvature)) return {};
@@ -160,11 +160,11 @@ class StaticMinimizer {
   std::string move(const Goal& goal, const Eigen::VectorXd& p, Eigen::VectorXd& u, Balance& now) {
     const double slope = now.gradient.dot(p);
     const double blur = 64.0 * kEpsilon * (std::abs(now.potential) + std::abs(goal.force.dot(p)));
-    for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
+    for (double step = 1.0; step >= kSmallestStepPart; step *= 0.5) {
       const Eigen::VectorXd trial = u + step * p;
       const Balance there = evaluate(goal, trial);
       if (!there.sound()) continue;
-      const bool lower = there.potential <= now.potential + kSufficientDecrease * step * slope;
+      const bool lower = there.potential <= now.potential + kArmijo * step * slope;
       // Near the minimum the energy's change drowns in round-off; the residual still tells.
       const bool level = there.potential <= now.potential + blur && there.residual < now.residual;
       if (!lower && !level) continue;

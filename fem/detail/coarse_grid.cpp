@@ -9,7 +9,7 @@
 namespace twang {
 namespace {
 
-constexpr int kThreadedNodes = 20'000;
+constexpr int kThreadedFineNodes = 20'000;
 
 /// Where the coarse cells begin along each axis, 0 or 1 cell before the first: whatever makes the
 /// fewest of them.
@@ -141,7 +141,7 @@ CoarseGrid::CoarseGrid(const TypedGrid& fine) {
 void CoarseGrid::prolong(const TypedGrid& fine, const float* coarse, float* result) const {
   const int num_fine = fine.grid.num_nodes();
   const int num_coarse = cells.grid.num_nodes();
-#pragma omp parallel for schedule(static) if (num_fine > kThreadedNodes)
+#pragma omp parallel for schedule(static) if (num_fine > kThreadedFineNodes)
   for (int n = 0; n < num_fine; ++n) {
     const int first = parents_start[n];
     const int last = parents_start[n + 1];
@@ -160,7 +160,7 @@ void CoarseGrid::restrict_to_coarse(const TypedGrid& fine,
                                     float* result) const {
   const int num_fine = fine.grid.num_nodes();
   const int num_coarse = cells.grid.num_nodes();
-#pragma omp parallel for schedule(static) if (num_fine > kThreadedNodes)
+#pragma omp parallel for schedule(static) if (num_fine > kThreadedFineNodes)
   for (int n = 0; n < num_coarse; ++n) {
     float sum[3] = {};
     for (int i = children_start[n]; i < children_start[n + 1]; ++i) {
