@@ -34,7 +34,7 @@ struct StiffnessSolverOptions {
   /// above, multigrid is the faster way. Measured 1.8 against 1.1 s at 21,000 unknowns, 29 against
   /// 10 s at 170,000, 118 against 20 s at 370,000.
   int max_quadratic_factor_dofs = 20'000;
-  void check() const;             ///< throws InputError naming field, value, allowed range
+  void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
 /// What a solution is worth; of several right-hand sides the worst.

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/units.hpp"
-#include "rigs/toml_table.hpp"
 #include "rigs/rig.hpp"
+#include "rigs/toml_table.hpp"
 
 #include <filesystem>
 #include <map>
