@@ -3,6 +3,7 @@
 
 #include "capture/marker_pattern.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 #include <fmt/format.h>
@@ -30,29 +31,6 @@ constexpr double kPaperOverSize = 1.5;  // a quarter of the size white all aroun
 std::string number(double millimetres) {
   const double rounded = std::round(millimetres * 1e4) / 1e4;
   return fmt::format("{:.7g}", rounded == 0.0 ? 0.0 : rounded);
-}
-
-std::string escaped(const std::string& words) {
-  std::string text;
-  for (const char c : words) {
-    switch (c) {
-      case '&':
-        text += "&amp;";
-        break;
-      case '<':
-        text += "&lt;";
-        break;
-      case '>':
-        text += "&gt;";
-        break;
-      case '"':
-        text += "&quot;";
-        break;
-      default:
-        text += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return text;
 }
 
 std::string rectangle(double x, double y, double width, double height) {
@@ -120,13 +98,13 @@ std::string tile(const Marker& marker, double x, double y) {
   const double paper = kPaperOverSize * size;
   const double margin = 0.5 * (paper - size);
   return fmt::format("<g>\n<title>{}</title>\n{}",
-                     escaped(marker.id),
+                     escape_xml(marker.id),
                      marker_shape(marker, x + margin, y + margin)) +
          fmt::format("<path class=\"cut\" d=\"{}\"/>\n", rectangle(x, y, paper, paper)) +
          fmt::format("<text x=\"{}\" y=\"{}\">{}</text>\n</g>\n",
                      number(x),
                      number(y + paper + 0.75 * kLabel),
-                     escaped(label_of(marker)));
+                     escape_xml(label_of(marker)));
 }
 
 std::string ruler() {
@@ -159,14 +137,14 @@ std::string page(const std::string& rig_name, int number_of, int count, const st
              "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
              number(kPageWidth),
              number(kPageHeight),
-             escaped(rig_name),
+             escape_xml(rig_name),
              number_of,
              count,
              number(kLetters)) +
          fmt::format("<text class=\"head\" x=\"{}\" y=\"{}\">{}</text>\n",
                      number(kBorder),
                      number(kBorder + 5.0),
-                     escaped(rig_name)) +
+                     escape_xml(rig_name)) +
          fmt::format(
              "<text x=\"{}\" y=\"{}\">Markers, page {} of {}. Print on matt white paper, cut "
              "along the thin lines, glue with the name's side down as seen in the "

@@ -64,6 +64,29 @@ std::string text_with_sigma(double value, double sigma) {
   return fmt::format("{0:.{2}f} ± {1:.{2}f}", value, rounded_sigma, -place);
 }
 
+std::string escape_xml(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return escaped;
+}
+
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {
   const auto nearest = std::min_element(
       candidates.begin(), candidates.end(), [&](const std::string& a, const std::string& b) {

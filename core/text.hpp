@@ -18,6 +18,10 @@ namespace twang {
 /// alone with four digits if sigma is not a positive number, "–" if value is not finite.
 [[nodiscard]] std::string text_with_sigma(double value, double sigma);
 
+/// `text` as the content of an XML element or attribute: markup as entities, control characters as
+/// blanks.
+[[nodiscard]] std::string escape_xml(std::string_view text);
+
 /// The candidate with the smallest edit distance (Levenshtein) to `word`; empty if there is no
 /// candidate.
 [[nodiscard]] std::string nearest_word(std::string_view word,

@@ -3,6 +3,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 #include <fmt/format.h>
 
@@ -51,22 +52,6 @@ std::string data_array(std::string_view type,
       offset);
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
 std::string cell_data(const HexMesh& mesh,
                       const std::vector<CellArray>& arrays,
                       AppendedData& data) {
@@ -96,7 +81,7 @@ std::string cell_data(const HexMesh& mesh,
     }
     const std::span<const double> values(array.values.data(),
                                          static_cast<std::size_t>(array.values.size()));
-    xml += data_array("Float64", escaped(array.name), array.components, data.add(values));
+    xml += data_array("Float64", escape_xml(array.name), array.components, data.add(values));
   }
   return xml + "      </CellData>\n";
 }
@@ -131,7 +116,7 @@ void write_vtu(const std::filesystem::path& path,
                                    field.size(),
                                    mesh.num_dofs()));
     }
-    xml += data_array("Float64", escaped(name), 3, data.add(values(field)));
+    xml += data_array("Float64", escape_xml(name), 3, data.add(values(field)));
   }
   xml +=
       "      </PointData>\n    </Piece>\n  </UnstructuredGrid>\n"

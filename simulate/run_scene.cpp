@@ -4,6 +4,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/sha256.hpp"
+#include "core/text.hpp"
 #include "fem/threads.hpp"
 #include "simulate/checkpoint.hpp"
 #include "simulate/detail/scene_files.hpp"
@@ -158,8 +159,8 @@ class SceneRun {
   [[noreturn]] void stop() {
     save();
     throw Cancelled(fmt::format("interrupted at {} s of {} s, --resume goes on from there",
-                                m_step * m_scene.step_s,
-                                m_scene.duration_s));
+                                rounded_text(m_step * m_scene.step_s, 6),
+                                exact_text(m_scene.duration_s)));
   }
 
   void save();

@@ -44,20 +44,6 @@ std::optional<std::int64_t> part_of(const std::optional<FileLengths>& lengths,
   return (*lengths).*table;
 }
 
-std::string xml_text(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
 std::string frame_name(const std::string& body, std::size_t frame) {
   return fmt::format("frames/{}_{:06}.vtu", body, frame);
 }
@@ -154,8 +140,8 @@ void SceneFiles::write_pvd() const {
       xml += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n",
                          exact_text(m_frame_times[frame]),
                          i,
-                         xml_text(m_names[i]),
-                         xml_text(frame_name(m_names[i], frame)));
+                         escape_xml(m_names[i]),
+                         escape_xml(frame_name(m_names[i], frame)));
   xml += "  </Collection>\n</VTKFile>\n";
   write_file_atomically(m_folder / "frames.pvd", xml);
 }

@@ -32,6 +32,11 @@ TEST(ExactText, NamesWhatIsNotFinite) {
   EXPECT_EQ(exact_text(-kInfinity), "-inf");
 }
 
+TEST(EscapeXml, LeavesNoMarkupAndNoControlCharacter) {
+  EXPECT_EQ(escape_xml("a<b & \"c\">\n"), "a&lt;b &amp; &quot;c&quot;&gt; ");
+  EXPECT_EQ(escape_xml("µ 3.5"), "µ 3.5");
+}
+
 TEST(RoundedText, HasTheDigitsAskedFor) {
   EXPECT_EQ(rounded_text(kPi, 1), "3");
   EXPECT_EQ(rounded_text(kPi, 4), "3.142");
