@@ -18,10 +18,22 @@ constexpr double kUndecided = 0.7;
 constexpr double kOddsPerDoubling = 4.0;
 constexpr double kLeast = -3.0;
 constexpr double kMost = 5.0;
+constexpr double kHeaderOnly = 16.0;  // bytes of a picture of which all is as it was
+constexpr double kTelling = 128.0;    // bytes from which differences are no accident
+// With fewer bytes a block a coder leaves what moved by less than 0.4 px where it was.
+constexpr double kStarved = 0.08;
+constexpr double kCopies = -4.0;
+// Nothing refers to a picture before one that is coded by itself: a coder leaves out of it what it
+// can, up to a quarter of a pixel of motion.
+constexpr double kNotReferredTo = -8.0;
 
-/// Logarithm to the base two of a picture's cost over the usual one; nan if not known.
-double relative_cost(const std::vector<CodedPicture>& pictures, std::size_t n) {
-  if (pictures[n].bytes <= 0) return kNaN;
+struct Cost {
+  double relative = kNaN;  // over the usual one, as a logarithm to the base two; nan if not known
+  double usual = kNaN;     // [bytes]
+};
+
+Cost cost_of(const std::vector<CodedPicture>& pictures, std::size_t n) {
+  if (pictures[n].bytes <= 0) return {};
   std::vector<double> usual;
   const std::size_t end = std::min(n + kAround + 1, pictures.size());
   for (std::size_t k = std::max(n, kAround) - kAround; k < end; ++k) {
@@ -30,21 +42,35 @@ double relative_cost(const std::vector<CodedPicture>& pictures, std::size_t n) {
       usual.push_back(static_cast<double>(other.bytes));
     }
   }
-  if (usual.size() < kWitnesses) return kNaN;
+  if (usual.size() < kWitnesses) return {};
   const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
   std::nth_element(usual.begin(), middle, usual.end());
-  return std::log2(static_cast<double>(pictures[n].bytes) / *middle);
+  return {std::log2(static_cast<double>(pictures[n].bytes) / *middle), *middle};
+}
+
+/// How much a difference in cost says: nothing where pictures cost little more than their header.
+double weight(double usual_bytes) {
+  return std::clamp(std::log2(usual_bytes / kHeaderOnly) / std::log2(kTelling / kHeaderOnly),
+                    0.0,
+                    1.0);
 }
 
 }  // namespace
 
 std::vector<double> repeat_evidence(const std::vector<CodedPicture>& pictures) {
   std::vector<double> evidence(pictures.size(), 0.0);
-  double before = kNaN;
+  Cost before;
   for (std::size_t n = 0; n < pictures.size(); ++n) {
-    const double now = relative_cost(pictures, n);
-    const double odds = kOddsPerDoubling * (std::abs(now - before) - kUndecided);
-    if (std::isfinite(odds)) evidence[n] = std::clamp(odds, kLeast, kMost);
+    const Cost now = cost_of(pictures, n);
+    const double odds =
+        kOddsPerDoubling * (std::abs(now.relative - before.relative) - kUndecided);
+    if (std::isfinite(odds)) {
+      evidence[n] = weight(std::min(now.usual, before.usual)) * std::clamp(odds, kLeast, kMost);
+    }
+    if (now.usual < kStarved * pictures[n].blocks) evidence[n] += kCopies;
+    if (n + 1 < pictures.size() && pictures[n + 1].as == 'I' && pictures[n].as != 'I') {
+      evidence[n] = std::min(evidence[n], kNotReferredTo);
+    }
     before = now;
   }
   return evidence;

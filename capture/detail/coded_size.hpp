@@ -9,6 +9,7 @@ namespace twang::detail {
 struct CodedPicture {
   long bytes = 0;  ///< 0 if unknown
   char as = '?';   ///< see LumaFrame::coded_as
+  int blocks = 0;  ///< of 16 x 16 px that it shows; 0 if unknown
 };
 
 /// What the coder says on each picture being a repeat of the one before, as a logarithm of odds;

@@ -107,7 +107,7 @@ void DoubledFrames::add(const LumaFrame& frame) {
   change.unequal = median(std::accumulate(grey.begin(), grey.end(), 0) < kMinBlocks ? all : grey);
   m_lights.push_back(light);
   m_changes.push_back(change);
-  m_coded.push_back({frame.coded_bytes, frame.coded_as});
+  m_coded.push_back({frame.coded_bytes, frame.coded_as, columns * rows});
 }
 
 /// Shares of unequal pixels of a frame's neighbours [first, end), where the light is steady.

@@ -14,7 +14,7 @@ namespace twang::detail {
 namespace {
 
 constexpr std::size_t kReach = 44;     // frames on either side in which they are looked for
-constexpr std::size_t kBothSides = 4;  // frames there must be on either side of slow motion
+constexpr std::size_t kBothSides = 2;  // frames there must be on either side of slow motion
 constexpr double kStood_px = 0.3;      // between two codings of one picture [px]
 constexpr int kMaxRun = 4;             // alike frames in a row from which on the film stands still
 constexpr double kFloor_px = 0.015;    // no track is better than this in a compressed film [px]
@@ -24,6 +24,7 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
+constexpr double kCopied_px = 0.12;  // of motion that coders leave out of an honest picture
 constexpr double kSpeaks = 1.0;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kOnPath = 4.0;      // standard errors within which a sample is where it should be
@@ -34,14 +35,15 @@ constexpr double kThen = 0.1;        // of the step that is missing, the error b
 constexpr double kAsGood = 2.0;      // ratio of residuals
 constexpr double kRoughly = 0.03;    // of the range, the residual of a fit that says anything
 constexpr double kCoarse = 6.0;      // or over the floor
-constexpr double kStands = 0.3;      // of the step that is missing
+constexpr double kStands = 0.3;      // of the step that is missing, done
+constexpr double kStandsBack = 0.7;  // or undone
 constexpr double kMuchBetter = 0.4;  // ratio of residuals
 constexpr double kFitsWell = 0.01;   // below this there is nothing to be had by another clock
 constexpr std::size_t kLongestPeriod = 6;  // of a converter: 25 frames from 30
 constexpr double kFits = 0.1;              // residual over the range of motion
 
 Path path_of(const MarkerTrack& track, int axis) {
-  Path path{{}, kFloor_px, kMotion_px, kStood_px};
+  Path path{{}, kFloor_px, kMotion_px, kStood_px, kCopied_px};
   for (const Eigen::Vector2d& px : track.position_px) path.y.push_back(px[axis]);
   return path;
 }
@@ -62,7 +64,7 @@ class RepeatFinder {
         m_repeats(likeness.size(), false),
         m_run(likeness.size(), 0),
         m_evidence(std::move(evidence)),
-        m_light{light, kLightFloor, kRipple, kLightStood} {
+        m_light{light, kLightFloor, kRipple, kLightStood, kLightStood} {
     m_evidence.resize(likeness.size(), 0.0);
     for (const MarkerTrack& track : tracks) {
       for (const int axis : {0, 1}) m_paths.push_back(path_of(track, axis));
@@ -210,11 +212,11 @@ class RepeatFinder {
       if (path && begins_late(*path, frame, origin)) return true;
     }
     if (!m_light.y.empty() && range(m_light, frame, Witness::NoRepeat) > kRipple &&
-        stands_among_all(m_light, frame, origin)) {
+        stands_among_all(m_light, frame, origin, 0)) {
       return true;
     }
     const Path* path = liveliest(frame, origin, Witness::NoRepeat);
-    return path && stands_among_all(*path, frame, origin);
+    return path && stands_among_all(*path, frame, origin, kBothSides);
   }
 
   /// Whether enough pictures here differ to tell the motion: at four frames a period every other
@@ -233,8 +235,9 @@ class RepeatFinder {
   /// Where many pictures are alike: told by all other frames.
   [[nodiscard]] bool stands_among_all(const Path& path,
                                       std::size_t frame,
-                                      std::size_t origin) const {
-    if (frame + kBothSides >= m_likeness.size() || frame < kBothSides) return false;
+                                      std::size_t origin,
+                                      std::size_t both_sides) const {
+    if (frame + both_sides >= m_likeness.size() || frame < both_sides) return false;
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
@@ -288,16 +291,19 @@ class RepeatFinder {
                                        double origin_time) const {
     const LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
-    const double missing = std::abs(now.at - path.at(origin));
+    const double range_here = range(path, frame, Witness::NoRepeat);
+    if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
+    const double way = now.at - path.at(origin);
+    const double missing = std::abs(way);
     const double done = path.at(frame) - path.at(origin);
     const double off = (now.at - path.at(frame)) / now.error;
     const double moved = done / (kSamePlace * now.error);
     const double says = evidence(frame);
-    const double range_here = range(path, frame, Witness::NoRepeat);
-    if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
-    return (missing > path.stood || says > kSpeaks) && std::abs(done) < kStands * missing &&
+    const double then_off = std::abs(then.at - path.at(origin));
+    return (missing > path.copied || says > kSpeaks) && done * way < kStands * way * way &&
+           done * way > -kStandsBack * way * way &&
            off * off - moved * moved + 2.0 * says > kAway * kAway &&
-           std::abs(then.at - path.at(origin)) < std::max(kOnPath * then.error, kThen * missing);
+           then_off < std::max(kOnPath * then.error, kThen * missing);
   }
 
   /// Whether the pictures that are alike, taken for honest ones too, leave the frame where it is:
@@ -312,8 +318,8 @@ class RepeatFinder {
                0.5 * std::abs(fit.at(0.0).at - path.at(frame));
   }
 
-  /// Whether a motion fits to better than `residual_px` once the frame is taken out of time, with
-  /// the repeats known, or with all that may be some, or with a regular row of them.
+  /// Whether a motion fits to better than `residual_px`, and the frame stands where it puts the one
+  /// before, once the frame is taken out of time, with the repeats known, or with all that may be some, or with a regular row of them.
   [[nodiscard]] bool is_put_in_between(const Path& path,
                                        std::size_t frame,
                                        double residual_px) const {
@@ -323,7 +329,9 @@ class RepeatFinder {
     }
     return std::any_of(clocks.begin(), clocks.end(), [&](const Clock& clock) {
       const auto fit = best_fit(samples(path, frame, Witness::Different, clock), path.floor);
-      return fit && fit->residual < residual_px;
+      if (!fit || fit->residual >= residual_px) return false;
+      const LocalFit::Expected now = fit->at(0.0);
+      return std::abs(now.at - path.at(frame)) < kOnPath * now.error;
     });
   }
 

@@ -103,6 +103,7 @@ LocalFit fit_with(double omega, const Samples& samples, double floor) {
 /// The sample that the others' fit leaves farthest out, if it is far.
 std::optional<std::size_t> outlier(double omega, const Samples& samples, double floor) {
   const LocalFit fit = fit_with(omega, samples, floor);
+  if (!std::isfinite(fit.residual)) return std::nullopt;
   std::optional<std::size_t> farthest;
   double most = 0.0;
   for (std::size_t i = 0; i < samples.t.size(); ++i) {
@@ -116,6 +117,7 @@ std::optional<std::size_t> outlier(double omega, const Samples& samples, double 
   others.t.erase(others.t.begin() + static_cast<std::ptrdiff_t>(*farthest));
   others.y.erase(others.y.begin() + static_cast<std::ptrdiff_t>(*farthest));
   const LocalFit without = fit_with(omega, others, floor);
+  if (!std::isfinite(without.residual)) return std::nullopt;
   const LocalFit::Expected there = without.at(samples.t[*farthest]);
   if (!(std::abs(samples.y[*farthest] - there.at) > kFarOut * there.error)) return std::nullopt;
   return farthest;

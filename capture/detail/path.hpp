@@ -12,6 +12,7 @@ struct Path {
   double floor = 0.0;        ///< least error of a sample
   double least_range = 0.0;  ///< below it nothing moves
   double stood = 0.0;        ///< most between two codings of one picture
+  double copied = 0.0;       ///< most that coders leave out of a picture as if it were a repeat
   [[nodiscard]] double at(std::size_t n) const { return y[n]; }
 };
 
