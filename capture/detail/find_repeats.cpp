@@ -4,6 +4,7 @@
 #include "capture/detail/find_cadence.hpp"
 #include "capture/detail/local_fit.hpp"
 #include "capture/detail/path.hpp"
+#include "core/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,15 +25,22 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
+constexpr double kAwayCopied = 5.0;   // where a coder may have left an honest picture as it was
 constexpr double kCopied_px = 0.12;  // of motion that coders leave out of an honest picture
 constexpr double kSpeaks = 1.0;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kOnPath = 4.0;      // standard errors within which a sample is where it should be
+constexpr double kOnset = 0.01;      // of the range, the error of a fit where the motion begins
+constexpr std::size_t kOneSide = 6;  // frames that show a standstill
+constexpr double kLively = 10.0;     // ranges of none, from which on a standstill ends or begins
+constexpr std::size_t kLeftAlone = 2;  // pictures that are alike, to say how far they are off
 constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
 constexpr std::size_t kAround = 12;  // frames on either side that say
 constexpr double kEnough = 0.55;     // how many of the moving must differ
-constexpr double kThen = 0.1;        // of the step that is missing, the error before it
+constexpr double kThen = 0.25;       // of the step that is missing, the error before it
 constexpr double kAsGood = 2.0;      // ratio of residuals
+constexpr double kExplains = 0.15;   // of what a frame is off by another motion, the residual
+constexpr double kSigmaOverMedian = 1.48;
 constexpr double kRoughly = 0.03;    // of the range, the residual of a fit that says anything
 constexpr double kCoarse = 6.0;      // or over the floor
 constexpr double kStands = 0.3;      // of the step that is missing, done
@@ -204,6 +212,7 @@ class RepeatFinder {
   [[nodiscard]] bool stands_still(std::size_t frame) const {
     std::size_t origin = frame - 1;  // the picture that would be repeated
     while (origin > 0 && m_repeats[origin]) --origin;
+    if (has_other_light(frame, origin)) return false;
     if (m_run[frame] <= kMaxRun) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && mostly_different(frame) && stands_still(*path, frame, origin)) return true;
@@ -232,6 +241,20 @@ class RepeatFinder {
     return different > kEnough * moving;
   }
 
+  /// Whether the light is another than in the picture that would be repeated, as a lamp's ripple
+  /// wants it.
+  [[nodiscard]] bool has_other_light(std::size_t frame, std::size_t origin) const {
+    if (m_light.y.empty() || range(m_light, frame, Witness::NoRepeat) <= kRipple) return false;
+    const auto fit = best_fit(samples(m_light, frame, Witness::NoRepeat, Clock{}),
+                              m_light.floor,
+                              LocalFit::kMostDropped);
+    if (!fit) return false;
+    const LocalFit::Expected now = fit->at(0.0);
+    const double off = (now.at - m_light.at(frame)) / now.error;
+    const double moved = (m_light.at(frame) - m_light.at(origin)) / now.error;
+    return moved * moved - off * off > kAway * kAway;
+  }
+
   /// Where many pictures are alike: told by all other frames.
   [[nodiscard]] bool stands_among_all(const Path& path,
                                       std::size_t frame,
@@ -241,7 +264,7 @@ class RepeatFinder {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
     const auto fit = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return fit && should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
+    return fit && should_have_moved(path, *fit, frame, origin, Clock{});
   }
 
   /// Where a motion begins after a long standstill: told by what follows.
@@ -250,7 +273,7 @@ class RepeatFinder {
     const auto fit =
         best_fit(samples(path, frame, Witness::Different, Clock{}, Side::After), path.floor);
     return fit && fit->residual < kSideFits * range(path, frame, Witness::Different) &&
-           should_have_moved(path, *fit, frame, origin, time_before(origin, frame, Clock{}));
+           should_have_moved(path, *fit, frame, origin, Clock{});
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
@@ -273,12 +296,47 @@ class RepeatFinder {
     const bool by_count = counted && (!plain || counted->residual < kMuchBetter * plain->residual);
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
-    const double origin_time = time_before(origin, frame, by_count ? kCounted : Clock{});
-    if (should_have_moved(path, *fit, frame, origin, origin_time)) {
+    if (should_have_moved(path, *fit, frame, origin, by_count ? kCounted : Clock{})) {
       return by_count || !others_explain(path, *fit, frame);
     }
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
+  }
+
+  /// Whether the motion has just begun, or is about to end: no one vibration fits both sides.
+  [[nodiscard]] bool begins_or_ends(const Path& path, std::size_t frame) const {
+    const auto stands = [&](std::size_t first, std::size_t end) {
+      double low = kInfinity;
+      double high = -kInfinity;
+      for (std::size_t n = first; n < end; ++n) {
+        if (!std::isfinite(path.at(n))) continue;
+        low = std::min(low, path.at(n));
+        high = std::max(high, path.at(n));
+      }
+      return high - low < path.least_range;
+    };
+    return range(path, frame, Witness::NoRepeat) > kLively * path.least_range &&
+           (stands(frame - std::min(frame, kOneSide), frame) ||
+            stands(frame + 1, std::min(frame + 1 + kOneSide, m_likeness.size())));
+  }
+
+  /// How far off pictures around are that are alike and no repeats: a coder leaves what moved by
+  /// little where it was, more so than pictures that differ tell. [as path]
+  [[nodiscard]] double left_where_it_was(const Path& path,
+                                         const LocalFit& fit,
+                                         std::size_t frame) const {
+    std::vector<double> off;
+    const std::size_t end = std::min(frame + kAround + 1, m_likeness.size());
+    for (std::size_t n = frame - std::min(frame, kAround); n < end; ++n) {
+      if (n == frame || m_repeats[n] || m_likeness[n] != Likeness::Alike) continue;
+      const double t = static_cast<double>(n) - static_cast<double>(frame);
+      const double by = std::abs(path.at(n) - fit.at(t).at);
+      if (by < path.stood) off.push_back(by);
+    }
+    if (off.size() < kLeftAlone) return 0.0;
+    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+    std::nth_element(off.begin(), middle, off.end());
+    return kSigmaOverMedian * *middle;
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
@@ -288,21 +346,28 @@ class RepeatFinder {
                                        const LocalFit& fit,
                                        std::size_t frame,
                                        std::size_t origin,
-                                       double origin_time) const {
-    const LocalFit::Expected now = fit.at(0.0);
+                                       Clock clock) const {
+    const double origin_time = time_before(origin, frame, clock);
+    LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
     const double range_here = range(path, frame, Witness::NoRepeat);
     if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
     const double way = now.at - path.at(origin);
     const double missing = std::abs(way);
+    if (begins_or_ends(path, frame)) now.error = std::hypot(now.error, kOnset * range_here);
+    if (missing < path.stood && clock.count == Count::All) {
+      now.error = std::max(now.error, left_where_it_was(path, fit, frame));
+    }
     const double done = path.at(frame) - path.at(origin);
     const double off = (now.at - path.at(frame)) / now.error;
     const double moved = done / (kSamePlace * now.error);
     const double says = evidence(frame);
     const double then_off = std::abs(then.at - path.at(origin));
-    return (missing > path.copied || says > kSpeaks) && done * way < kStands * way * way &&
+    const bool copied = missing < path.stood && says < kSpeaks;
+    const double away = copied ? kAwayCopied : kAway;
+    return (!copied || missing > path.copied) && done * way < kStands * way * way &&
            done * way > -kStandsBack * way * way &&
-           off * off - moved * moved + 2.0 * says > kAway * kAway &&
+           off * off - moved * moved + 2.0 * says > away * away &&
            then_off < std::max(kOnPath * then.error, kThen * missing);
   }
 
@@ -313,9 +378,10 @@ class RepeatFinder {
                                     std::size_t frame) const {
     const auto all = best_fit(
         samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return all && all->residual < kAsGood * fit.residual &&
-           std::abs(all->at(0.0).at - path.at(frame)) <
-               0.5 * std::abs(fit.at(0.0).at - path.at(frame));
+    if (!all) return false;
+    const double off = std::abs(fit.at(0.0).at - path.at(frame));
+    return all->residual < std::max(kAsGood * fit.residual, kExplains * off) &&
+           std::abs(all->at(0.0).at - path.at(frame)) < 0.5 * off;
   }
 
   /// Whether a motion fits to better than `residual_px`, and the frame stands where it puts the one
