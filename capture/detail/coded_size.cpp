@@ -50,9 +50,8 @@ Cost cost_of(const std::vector<CodedPicture>& pictures, std::size_t n) {
 
 /// How much a difference in cost says: nothing where pictures cost little more than their header.
 double weight(double usual_bytes) {
-  return std::clamp(std::log2(usual_bytes / kHeaderOnly) / std::log2(kTelling / kHeaderOnly),
-                    0.0,
-                    1.0);
+  return std::clamp(
+      std::log2(usual_bytes / kHeaderOnly) / std::log2(kTelling / kHeaderOnly), 0.0, 1.0);
 }
 
 }  // namespace
@@ -62,8 +61,7 @@ std::vector<double> repeat_evidence(const std::vector<CodedPicture>& pictures) {
   Cost before;
   for (std::size_t n = 0; n < pictures.size(); ++n) {
     const Cost now = cost_of(pictures, n);
-    const double odds =
-        kOddsPerDoubling * (std::abs(now.relative - before.relative) - kUndecided);
+    const double odds = kOddsPerDoubling * (std::abs(now.relative - before.relative) - kUndecided);
     if (std::isfinite(odds)) {
       evidence[n] = weight(std::min(now.usual, before.usual)) * std::clamp(odds, kLeast, kMost);
     }

@@ -4,7 +4,7 @@
 #include "capture/detail/find_cadence.hpp"
 #include "capture/detail/local_fit.hpp"
 #include "capture/detail/path.hpp"
-#include "core/constants.hpp"
+#include "capture/detail/repeat_witnesses.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,6 @@
 namespace twang::detail {
 namespace {
 
-constexpr std::size_t kReach = 44;     // frames on either side in which they are looked for
 constexpr std::size_t kBothSides = 2;  // frames there must be on either side of slow motion
 constexpr double kStood_px = 0.3;      // between two codings of one picture [px]
 constexpr int kMaxRun = 4;             // alike frames in a row from which on the film stands still
@@ -25,22 +24,17 @@ constexpr double kLightFloor = 0.3;
 constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;        // standard errors between a repeat and its proper place
-constexpr double kAwayCopied = 5.0;   // where a coder may have left an honest picture as it was
+constexpr double kAwayCopied = 5.0;  // where a coder may have left an honest picture as it was
 constexpr double kCopied_px = 0.12;  // of motion that coders leave out of an honest picture
 constexpr double kSpeaks = 1.0;      // odds of the coder from which it does, as a logarithm
 constexpr double kSamePlace = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kOnPath = 4.0;      // standard errors within which a sample is where it should be
 constexpr double kOnset = 0.01;      // of the range, the error of a fit where the motion begins
-constexpr std::size_t kOneSide = 6;  // frames that show a standstill
-constexpr double kLively = 10.0;     // ranges of none, from which on a standstill ends or begins
-constexpr std::size_t kLeftAlone = 2;  // pictures that are alike, to say how far they are off
 constexpr double kSideFits = 0.02;   // of the range, the residual of one side alone
-constexpr std::size_t kAround = 12;  // frames on either side that say
 constexpr double kEnough = 0.55;     // how many of the moving must differ
 constexpr double kThen = 0.25;       // of the step that is missing, the error before it
 constexpr double kAsGood = 2.0;      // ratio of residuals
 constexpr double kExplains = 0.15;   // of what a frame is off by another motion, the residual
-constexpr double kSigmaOverMedian = 1.48;
 constexpr double kRoughly = 0.03;    // of the range, the residual of a fit that says anything
 constexpr double kCoarse = 6.0;      // or over the floor
 constexpr double kStands = 0.3;      // of the step that is missing, done
@@ -70,6 +64,7 @@ class RepeatFinder {
                std::vector<double> evidence)
       : m_likeness(likeness),
         m_repeats(likeness.size(), false),
+        m_witnesses(m_likeness, m_repeats),
         m_run(likeness.size(), 0),
         m_evidence(std::move(evidence)),
         m_light{light, kLightFloor, kRipple, kLightStood, kLightStood} {
@@ -99,89 +94,19 @@ class RepeatFinder {
     // Repeats found later help with earlier frames.
     for (std::size_t n = 1; n < num_frames; ++n) {
       const auto next = m_repeats.begin() + static_cast<std::ptrdiff_t>(n + 1);
-      const auto end =
-          m_repeats.begin() + static_cast<std::ptrdiff_t>(std::min(n + 1 + kReach, num_frames));
+      const auto end = m_repeats.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                               n + 1 + RepeatWitnesses::kReach, num_frames));
       if (open[n] && std::find(next, end, true) < end) m_repeats[n] = stands_still(n);
     }
     return std::move(m_repeats);
   }
 
  private:
-  enum class Witness { Different, NoRepeat };  // which frames a fit may use
-  /// Which frames take time; every so many frames one does not, if `period` is not 0.
-  enum class Count { All, NoRepeat, NeitherThis, Different };
-  struct Clock {
-    Count count = Count::All;
-    std::size_t period = 0;
-  };
-  enum class Side { Both, Before, After };  // of a frame: where samples are taken from
-
-  [[nodiscard]] bool may_use(std::size_t n, Witness witness) const {
-    return witness == Witness::Different ? m_likeness[n] == Likeness::Different : !m_repeats[n];
-  }
-  [[nodiscard]] bool takes_time(std::size_t n, std::size_t frame, Clock clock) const {
-    if (clock.period > 0 && n % clock.period == frame % clock.period) return false;
-    switch (clock.count) {
-      case Count::All:
-        return true;
-      case Count::NoRepeat:
-        return n == frame || !m_repeats[n];
-      case Count::NeitherThis:
-        return n != frame && !m_repeats[n];
-      case Count::Different:
-        return m_likeness[n] == Likeness::Different;
-    }
-    return true;
-  }
-  /// Time from `frame` to a frame before it.
-  [[nodiscard]] double time_before(std::size_t n, std::size_t frame, Clock clock) const {
-    double t = 0.0;
-    for (std::size_t k = n + 1; k <= frame; ++k) t -= takes_time(k, frame, clock) ? 1.0 : 0.0;
-    return t;
-  }
-
-  /// The nearest samples on both sides of a frame.
-  [[nodiscard]] Samples samples(const Path& path,
-                                std::size_t frame,
-                                Witness witness,
-                                Clock clock,
-                                Side side = Side::Both) const {
-    Samples result;
-    double before = 0.0;
-    double after = 0.0;
-    const auto take = [&](std::size_t n, double t) {
-      if (result.t.size() == static_cast<std::size_t>(kMostSamples) || !may_use(n, witness) ||
-          !std::isfinite(path.at(n)))
-        return;
-      result.t.push_back(t);
-      result.y.push_back(path.at(n));
-    };
-    for (std::size_t away = 1;
-         away <= kReach && result.t.size() < static_cast<std::size_t>(kMostSamples);
-         ++away) {
-      if (frame >= away && side != Side::After) {
-        before -= takes_time(frame - away + 1, frame, clock) ? 1.0 : 0.0;
-        take(frame - away, before);
-      }
-      if (frame + away < m_likeness.size() && side != Side::Before) {
-        after += takes_time(frame + away, frame, clock) ? 1.0 : 0.0;
-        take(frame + away, after);
-      }
-    }
-    return result;
-  }
-
   /// What the coder says. After a repeat the same difference in cost speaks for that one.
   [[nodiscard]] double evidence(std::size_t frame) const {
     return m_repeats[frame - 1] ? std::min(0.0, m_evidence[frame]) : m_evidence[frame];
   }
 
-  [[nodiscard]] double range(const Path& path, std::size_t frame, Witness witness) const {
-    const Samples around = samples(path, frame, witness, Clock{});
-    if (around.y.empty()) return 0.0;
-    const auto [low, high] = std::minmax_element(around.y.begin(), around.y.end());
-    return *high - *low;
-  }
   /// The path that moves most, if any does.
   [[nodiscard]] const Path* liveliest(std::size_t frame,
                                       std::size_t origin,
@@ -190,7 +115,7 @@ class RepeatFinder {
     double most = kMotion_px;
     for (const Path& path : m_paths) {
       if (!std::isfinite(path.at(frame)) || !std::isfinite(path.at(origin))) continue;
-      const double moved = range(path, frame, witness);
+      const double moved = m_witnesses.range(path, frame, witness);
       if (moved <= most) continue;
       most = moved;
       best = &path;
@@ -198,29 +123,31 @@ class RepeatFinder {
     return best;
   }
 
-  /// Whether so many frames before and after this one there are always such frames.
-  [[nodiscard]] bool recurs(std::size_t frame, std::size_t period) const {
-    std::size_t times = 0;
-    const std::size_t first = frame - std::min(frame - 1, kReach) / period * period;
-    for (std::size_t n = first; n < std::min(m_likeness.size(), frame + kReach); n += period) {
-      if (m_likeness[n] == Likeness::Different) return false;
-      ++times;
-    }
-    return times > kReach / period;
+  [[nodiscard]] bool stands_still(std::size_t frame) const {
+    const std::size_t origin = shown_before(frame);
+    if (stands_still(frame, origin)) return true;
+    // Of two in a row the first may hide too little to be told.
+    return origin > 0 && m_likeness[origin] == Likeness::Alike &&
+           stands_still(frame, shown_before(origin));
+  }
+  /// The picture that would be repeated.
+  [[nodiscard]] std::size_t shown_before(std::size_t frame) const {
+    std::size_t origin = frame - 1;
+    while (origin > 0 && m_repeats[origin]) --origin;
+    return origin;
   }
 
-  [[nodiscard]] bool stands_still(std::size_t frame) const {
-    std::size_t origin = frame - 1;  // the picture that would be repeated
-    while (origin > 0 && m_repeats[origin]) --origin;
+  [[nodiscard]] bool stands_still(std::size_t frame, std::size_t origin) const {
     if (has_other_light(frame, origin)) return false;
     if (m_run[frame] <= kMaxRun) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && mostly_different(frame) && stands_still(*path, frame, origin)) return true;
-    } else if (frame + 1 < m_likeness.size() && m_likeness[frame + 1] == Likeness::Different) {
+    } else if (origin == shown_before(frame) && frame + 1 < m_likeness.size() &&
+               m_likeness[frame + 1] == Likeness::Different) {
       const Path* path = liveliest(frame, origin, Witness::Different);
       if (path && begins_late(*path, frame, origin)) return true;
     }
-    if (!m_light.y.empty() && range(m_light, frame, Witness::NoRepeat) > kRipple &&
+    if (!m_light.y.empty() && m_witnesses.range(m_light, frame, Witness::NoRepeat) > kRipple &&
         stands_among_all(m_light, frame, origin, 0)) {
       return true;
     }
@@ -233,8 +160,8 @@ class RepeatFinder {
   [[nodiscard]] bool mostly_different(std::size_t frame) const {
     double different = 0.0;
     double moving = 0.0;
-    const std::size_t end = std::min(frame + kAround + 1, m_likeness.size());
-    for (std::size_t n = frame - std::min(frame, kAround); n < end; ++n) {
+    const std::size_t end = std::min(frame + RepeatWitnesses::kAround + 1, m_likeness.size());
+    for (std::size_t n = frame - std::min(frame, RepeatWitnesses::kAround); n < end; ++n) {
       different += m_likeness[n] == Likeness::Different ? 1.0 : 0.0;
       moving += m_run[n] <= kMaxRun ? 1.0 : 0.0;
     }
@@ -244,8 +171,9 @@ class RepeatFinder {
   /// Whether the light is another than in the picture that would be repeated, as a lamp's ripple
   /// wants it.
   [[nodiscard]] bool has_other_light(std::size_t frame, std::size_t origin) const {
-    if (m_light.y.empty() || range(m_light, frame, Witness::NoRepeat) <= kRipple) return false;
-    const auto fit = best_fit(samples(m_light, frame, Witness::NoRepeat, Clock{}),
+    if (m_light.y.empty() || m_witnesses.range(m_light, frame, Witness::NoRepeat) <= kRipple)
+      return false;
+    const auto fit = best_fit(m_witnesses.samples(m_light, frame, Witness::NoRepeat, RepeatClock{}),
                               m_light.floor,
                               LocalFit::kMostDropped);
     if (!fit) return false;
@@ -262,81 +190,48 @@ class RepeatFinder {
                                       std::size_t both_sides) const {
     if (frame + both_sides >= m_likeness.size() || frame < both_sides) return false;
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
-    const auto fit = best_fit(
-        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
-    return fit && should_have_moved(path, *fit, frame, origin, Clock{});
+    const auto fit = best_fit(m_witnesses.samples(path, frame, Witness::NoRepeat, RepeatClock{}),
+                              path.floor,
+                              LocalFit::kMostDropped);
+    return fit && should_have_moved(path, *fit, frame, origin, RepeatClock{});
   }
 
   /// Where a motion begins after a long standstill: told by what follows.
   [[nodiscard]] bool begins_late(const Path& path, std::size_t frame, std::size_t origin) const {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
-    const auto fit =
-        best_fit(samples(path, frame, Witness::Different, Clock{}, Side::After), path.floor);
-    return fit && fit->residual < kSideFits * range(path, frame, Witness::Different) &&
-           should_have_moved(path, *fit, frame, origin, Clock{});
+    const auto fit = best_fit(
+        m_witnesses.samples(path, frame, Witness::Different, RepeatClock{}, WitnessSide::After),
+        path.floor);
+    return fit && fit->residual < kSideFits * m_witnesses.range(path, frame, Witness::Different) &&
+           should_have_moved(path, *fit, frame, origin, RepeatClock{});
   }
 
   [[nodiscard]] bool stands_still(const Path& path, std::size_t frame, std::size_t origin) const {
     if (std::abs(path.at(frame) - path.at(origin)) > path.stood) return false;
-    const double range_px = range(path, frame, Witness::Different);
-    const auto fit_by = [&](Clock clock, Side side = Side::Both) {
-      return best_fit(samples(path, frame, Witness::Different, clock, side), path.floor);
+    const double range_px = m_witnesses.range(path, frame, Witness::Different);
+    const auto fit_by = [&](RepeatClock clock, WitnessSide side = WitnessSide::Both) {
+      return best_fit(m_witnesses.samples(path, frame, Witness::Different, clock, side),
+                      path.floor);
     };
-    std::optional<LocalFit> plain = fit_by(Clock{});
+    std::optional<LocalFit> plain = fit_by(RepeatClock{});
     // About a release, or where a hand comes in, no one motion fits both sides.
     if (!plain || plain->residual > kFitsWell * range_px) {
-      for (const Side side : {Side::Before, Side::After}) {
-        std::optional<LocalFit> alone = fit_by(Clock{}, side);
+      for (const WitnessSide side : {WitnessSide::Before, WitnessSide::After}) {
+        std::optional<LocalFit> alone = fit_by(RepeatClock{}, side);
         if (alone && alone->residual < kSideFits * range_px)
           plain = better(std::move(plain), std::move(alone));
       }
     }
-    constexpr Clock kCounted{Count::NoRepeat};
+    constexpr RepeatClock kCounted{RepeatClock::Count::NoRepeat};
     const std::optional<LocalFit> counted = fit_by(kCounted);
     const bool by_count = counted && (!plain || counted->residual < kMuchBetter * plain->residual);
     const std::optional<LocalFit>& fit = by_count ? counted : plain;
     if (!fit) return false;
-    if (should_have_moved(path, *fit, frame, origin, by_count ? kCounted : Clock{})) {
+    if (should_have_moved(path, *fit, frame, origin, by_count ? kCounted : RepeatClock{})) {
       return by_count || !others_explain(path, *fit, frame);
     }
     return fit->residual > kFitsWell * range_px &&
            is_put_in_between(path, frame, std::min(kFits * range_px, kMuchBetter * fit->residual));
-  }
-
-  /// Whether the motion has just begun, or is about to end: no one vibration fits both sides.
-  [[nodiscard]] bool begins_or_ends(const Path& path, std::size_t frame) const {
-    const auto stands = [&](std::size_t first, std::size_t end) {
-      double low = kInfinity;
-      double high = -kInfinity;
-      for (std::size_t n = first; n < end; ++n) {
-        if (!std::isfinite(path.at(n))) continue;
-        low = std::min(low, path.at(n));
-        high = std::max(high, path.at(n));
-      }
-      return high - low < path.least_range;
-    };
-    return range(path, frame, Witness::NoRepeat) > kLively * path.least_range &&
-           (stands(frame - std::min(frame, kOneSide), frame) ||
-            stands(frame + 1, std::min(frame + 1 + kOneSide, m_likeness.size())));
-  }
-
-  /// How far off pictures around are that are alike and no repeats: a coder leaves what moved by
-  /// little where it was, more so than pictures that differ tell. [as path]
-  [[nodiscard]] double left_where_it_was(const Path& path,
-                                         const LocalFit& fit,
-                                         std::size_t frame) const {
-    std::vector<double> off;
-    const std::size_t end = std::min(frame + kAround + 1, m_likeness.size());
-    for (std::size_t n = frame - std::min(frame, kAround); n < end; ++n) {
-      if (n == frame || m_repeats[n] || m_likeness[n] != Likeness::Alike) continue;
-      const double t = static_cast<double>(n) - static_cast<double>(frame);
-      const double by = std::abs(path.at(n) - fit.at(t).at);
-      if (by < path.stood) off.push_back(by);
-    }
-    if (off.size() < kLeftAlone) return 0.0;
-    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-    std::nth_element(off.begin(), middle, off.end());
-    return kSigmaOverMedian * *middle;
   }
 
   /// Whether a sample stands where the picture it may repeat stood, rightly then, and not where it
@@ -346,17 +241,18 @@ class RepeatFinder {
                                        const LocalFit& fit,
                                        std::size_t frame,
                                        std::size_t origin,
-                                       Clock clock) const {
-    const double origin_time = time_before(origin, frame, clock);
+                                       RepeatClock clock) const {
+    const double origin_time = m_witnesses.time_before(origin, frame, clock);
     LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
-    const double range_here = range(path, frame, Witness::NoRepeat);
+    const double range_here = m_witnesses.range(path, frame, Witness::NoRepeat);
     if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
     const double way = now.at - path.at(origin);
     const double missing = std::abs(way);
-    if (begins_or_ends(path, frame)) now.error = std::hypot(now.error, kOnset * range_here);
-    if (missing < path.stood && clock.count == Count::All) {
-      now.error = std::max(now.error, left_where_it_was(path, fit, frame));
+    if (m_witnesses.begin_or_end(path, frame))
+      now.error = std::hypot(now.error, kOnset * range_here);
+    if (missing < path.stood && clock.count == RepeatClock::Count::All) {
+      now.error = std::max(now.error, m_witnesses.off_where_alike(path, fit, frame));
     }
     const double done = path.at(frame) - path.at(origin);
     const double off = (now.at - path.at(frame)) / now.error;
@@ -376,8 +272,9 @@ class RepeatFinder {
   [[nodiscard]] bool others_explain(const Path& path,
                                     const LocalFit& fit,
                                     std::size_t frame) const {
-    const auto all = best_fit(
-        samples(path, frame, Witness::NoRepeat, Clock{}), path.floor, LocalFit::kMostDropped);
+    const auto all = best_fit(m_witnesses.samples(path, frame, Witness::NoRepeat, RepeatClock{}),
+                              path.floor,
+                              LocalFit::kMostDropped);
     if (!all) return false;
     const double off = std::abs(fit.at(0.0).at - path.at(frame));
     return all->residual < std::max(kAsGood * fit.residual, kExplains * off) &&
@@ -385,16 +282,19 @@ class RepeatFinder {
   }
 
   /// Whether a motion fits to better than `residual_px`, and the frame stands where it puts the one
-  /// before, once the frame is taken out of time, with the repeats known, or with all that may be some, or with a regular row of them.
+  /// before, once the frame is taken out of time, with the repeats known, or with all that may be
+  /// some, or with a regular row of them.
   [[nodiscard]] bool is_put_in_between(const Path& path,
                                        std::size_t frame,
                                        double residual_px) const {
-    std::vector<Clock> clocks = {{Count::NeitherThis}, {Count::Different}};
+    std::vector<RepeatClock> clocks = {{RepeatClock::Count::NeitherThis},
+                                       {RepeatClock::Count::Different}};
     for (std::size_t period = 2; period <= kLongestPeriod; ++period) {
-      if (recurs(frame, period)) clocks.push_back({Count::All, period});
+      if (m_witnesses.recurs(frame, period)) clocks.push_back({RepeatClock::Count::All, period});
     }
-    return std::any_of(clocks.begin(), clocks.end(), [&](const Clock& clock) {
-      const auto fit = best_fit(samples(path, frame, Witness::Different, clock), path.floor);
+    return std::any_of(clocks.begin(), clocks.end(), [&](const RepeatClock& clock) {
+      const auto fit =
+          best_fit(m_witnesses.samples(path, frame, Witness::Different, clock), path.floor);
       if (!fit || fit->residual >= residual_px) return false;
       const LocalFit::Expected now = fit->at(0.0);
       return std::abs(now.at - path.at(frame)) < kOnPath * now.error;
@@ -403,6 +303,7 @@ class RepeatFinder {
 
   const std::vector<Likeness>& m_likeness;
   std::vector<bool> m_repeats;
+  RepeatWitnesses m_witnesses;
   std::vector<int> m_run;          // length of the run of frames that may be repeats
   std::vector<double> m_evidence;  // of the coder; as a logarithm of odds
   std::vector<Path> m_paths;
