@@ -3,6 +3,7 @@
 
 #include "capture/detail/coded_size.hpp"
 #include "capture/detail/find_cadence.hpp"
+#include "capture/detail/local_fit.hpp"
 #include "core/constants.hpp"
 
 #include <gtest/gtest.h>
@@ -232,7 +233,7 @@ TEST(FindRepeats, RepeatOfTheLastHeldFrameIsFound) {
 }
 
 TEST(FindRepeats, WhatACoderLeftStandingByLittleIsNone) {
-  // Where the path creeps the coder keeps what was there: a fifth of a pixel is missing.
+  // Where the path creeps the coder keeps what was there: an eighth of a pixel is missing.
   const auto path = [](int n) { return 0.9 * std::sin(kTwoPi / 20.0 * n); };
   Filmed filmed = film(path, as_filmed);
   MarkerTrack& moving = filmed.tracks.back();
@@ -243,6 +244,62 @@ TEST(FindRepeats, WhatACoderLeftStandingByLittleIsNone) {
   moving.position_px[kLeft] = moving.position_px[kLeft - 1];
   filmed.likeness[kLeft] = Likeness::Alike;
   EXPECT_EQ(num_found(filmed), 0);
+}
+
+TEST(FindRepeats, OneThatHidesAFifthOfAPixelIsFound) {
+  const auto path = [](int n) { return 0.9 * std::sin(kTwoPi / 20.0 * n); };
+  constexpr int kRepeat = 108;
+  const Filmed filmed = film(path, [](int n) { return n == kRepeat ? n - 1 : n; });
+  ASSERT_NEAR(std::abs(path(kRepeat) - path(kRepeat - 1)), 0.2, 0.01);
+  EXPECT_TRUE(detail::find_repeats(filmed.tracks, filmed.likeness)[kRepeat]);
+  EXPECT_EQ(num_found(filmed), 1);
+}
+
+TEST(FindRepeats, TwoInARowThatHideLittleEachAreFound) {
+  const auto path = [](int n) { return 0.5 * std::sin(kTwoPi / 20.0 * n); };
+  constexpr int kLast = 111;
+  const Filmed filmed = film(path, [](int n) { return n == kLast - 1 || n == kLast ? 109 : n; });
+  EXPECT_TRUE(detail::find_repeats(filmed.tracks, filmed.likeness)[kLast]);
+}
+
+TEST(FindRepeats, TwoPeriodsInFiveFramesAreNoRepeatsOfASlowerMotion) {
+  // Two of five pictures are alike, and of the coder the markers there are off by more; the other
+  // three fit a motion of five frames a period as well.
+  const auto path = [](int n) { return 0.75 * std::sin(kTwoPi * 0.4 * n - 0.004 * n + 2.2); };
+  Filmed filmed = film(path, as_filmed);
+  for (std::size_t n = 1; n < kFrames; ++n) {
+    const double step = path(static_cast<int>(n)) - path(static_cast<int>(n) - 1);
+    if (std::abs(step) > 0.6) continue;
+    filmed.likeness[n] = Likeness::Alike;
+    filmed.tracks.back().position_px[n].y() += n % 2 == 0 ? 0.1 : -0.1;
+  }
+  ASSERT_GT(num_alike(filmed), kFrames / 5);
+  EXPECT_EQ(num_found(filmed), 0);
+}
+
+TEST(FindRepeats, LampTellsOneFromTheFirstFrameOnAndClearsWhatItSeesChange) {
+  // A lamp on 50 Hz mains; nothing moves in the film, or a marker is left where it was.
+  const auto light = [](int n) { return 120.0 + 6.0 * std::sin(kTwoPi * 100.0 / 240.0 * n); };
+  std::vector<double> lights;
+  for (int n = 0; n < kFrames; ++n) lights.push_back(light(n == 1 ? 0 : n));
+  const Filmed still = film([](int) { return 0.0; }, [](int n) { return n == 1 ? 0 : n; });
+  const std::vector<bool> found = detail::find_repeats(still.tracks, still.likeness, lights);
+  EXPECT_TRUE(found[1]);
+  EXPECT_EQ(std::count(found.begin(), found.end(), true), 1);
+
+  Filmed copied = film([](int n) { return 0.9 * std::sin(kTwoPi / 20.0 * n); }, as_filmed);
+  copied.tracks.back().position_px[108] = copied.tracks.back().position_px[107];
+  EXPECT_EQ(num_found(copied), 1);
+  lights[1] = light(1);
+  const std::vector<bool> cleared = detail::find_repeats(copied.tracks, copied.likeness, lights);
+  EXPECT_EQ(std::count(cleared.begin(), cleared.end(), true), 0);
+}
+
+TEST(LocalFit, OfSamplesOfOneMomentIsNone) {
+  detail::Samples samples;
+  samples.t.assign(20, 3.0);
+  for (int i = 0; i < 20; ++i) samples.y.push_back(0.1 * i);
+  EXPECT_FALSE(detail::best_fit(samples, 0.015, detail::LocalFit::kMostDropped));
 }
 
 TEST(FindRepeats, CodersWordTipsTheScalesButNotAlone) {
@@ -280,6 +337,21 @@ TEST(RepeatEvidence, IsNoneWhereTypesDifferOrCostsAreUnknown) {
   for (const double odds : detail::repeat_evidence(coded)) EXPECT_LE(odds, 0.0);
   const std::vector<detail::CodedPicture> unknown(60);
   for (const double odds : detail::repeat_evidence(unknown)) EXPECT_EQ(odds, 0.0);
+}
+
+TEST(RepeatEvidence, IsLittleWhereACoderSpendsLittle) {
+  const auto evidence_at_30 = [](long bytes, int blocks, char next = 'P') {
+    std::vector<detail::CodedPicture> coded(60, {bytes, 'P', blocks});
+    coded[30].bytes = bytes / 4;
+    coded[31].as = next;
+    return detail::repeat_evidence(coded)[30];
+  };
+  const double plenty = evidence_at_30(1000, 500);
+  EXPECT_GT(plenty, 4.0);
+  EXPECT_LT(evidence_at_30(48, 500), 0.6 * plenty);      // some bytes more or less are an accident
+  EXPECT_LT(evidence_at_30(1000, 20000), plenty - 3.0);  // what moved by little is left out
+  // Nothing refers to a picture before one that is coded by itself.
+  EXPECT_LT(evidence_at_30(1000, 500, 'I'), -5.0);
 }
 
 }  // namespace
