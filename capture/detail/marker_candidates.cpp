@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/detail/marker_candidates.hpp"
 
+#include "capture/detail/dark_regions.hpp"
 #include "capture/detail/find_tags.hpp"
 #include "capture/detail/in_parallel.hpp"
 #include "capture/fit_marker.hpp"
@@ -73,28 +74,26 @@ std::vector<Blob> find_blobs(const cv::Mat& grey, const SearchBox& box, int wind
   const int by = std::max(1, (window_px + 1) / (kPlainWindow_px + 1));
   const cv::Mat picture = shrunk(grey, by);
   const int window = (window_px + 1) / by - 1;  // odd
-  cv::Mat dark, labels, stats, centres;
+  cv::Mat dark;
   cv::adaptiveThreshold(
       picture, dark, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY_INV, window, kLeastDarker);
-  const int count = cv::connectedComponentsWithStats(dark, labels, stats, centres, 8, CV_32S);
   std::vector<Blob> blobs;
-  for (int i = 1; i < count; ++i) {
-    const int w = stats.at<int>(i, cv::CC_STAT_WIDTH);
-    const int h = stats.at<int>(i, cv::CC_STAT_HEIGHT);
+  for (const DarkRegion& region :
+       dark_regions(dark.data, static_cast<std::ptrdiff_t>(dark.step[0]), dark.cols, dark.rows)) {
+    const int w = region.width_px;
+    const int h = region.height_px;
     const int extent = std::max(w, h);
-    const int left = stats.at<int>(i, cv::CC_STAT_LEFT);
-    const int top = stats.at<int>(i, cv::CC_STAT_TOP);
-    const bool at_edge =
-        left == 0 || top == 0 || left + w == picture.cols || top + h == picture.rows;
+    const bool at_edge = region.left == 0 || region.top == 0 || region.left + w == picture.cols ||
+                         region.top + h == picture.rows;
     if (at_edge || std::min(w, h) < kSmallestBlob_px || extent > kLargestAspect * std::min(w, h) ||
         extent > kLargestBlob * window || extent < kSmallestBlob * window) {
       continue;
     }
-    const auto centre = [&](int axis) { return by * (centres.at<double>(i, axis) + 0.5) - 0.5; };
+    const auto centre = [&](int axis) { return by * (region.centre_px[axis] + 0.5) - 0.5; };
     blobs.push_back({{centre(0) + box.x0, centre(1) + box.y0},
                      static_cast<double>(by * w),
                      static_cast<double>(by * h),
-                     static_cast<double>(by * by * stats.at<int>(i, cv::CC_STAT_AREA))});
+                     static_cast<double>(by * by * region.area_px)});
   }
   return blobs;
 }
