@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kOneSide = 6;    // frames that show a standstill
 constexpr double kLively = 10.0;       // ranges of a standstill, from which on a motion is lively
-constexpr std::size_t kLeftAlone = 2;  // pictures that are alike, to say how far they are off
+constexpr std::size_t kLeftAlone = 1;  // pictures that are alike, to say how far they are off
 constexpr double kSigmaOverMedian = 1.48;
 
 }  // namespace
