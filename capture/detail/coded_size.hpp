@@ -18,8 +18,10 @@ struct CodedPicture {
 /// Of two pictures that are the same one costs next to nothing, which one is the coder's choice,
 /// and the other as much as a picture does, or more where it stands for both; of two that are not
 /// both cost what pictures of their type do around them. The sign of the difference is free, so is
-/// its size from film to film: a strong compression leaves little to save. It is evidence beside
-/// what moves, no more.
+/// its size from film to film: a strong compression leaves little to save. So it counts the less
+/// the fewer bytes there are, and speaks against a repeat where the coder is known to leave honest
+/// pictures as they were: with next to no bytes a block, and before a picture coded by itself, as
+/// nothing refers to it. It is evidence beside what moves, no more.
 [[nodiscard]] std::vector<double> repeat_evidence(const std::vector<CodedPicture>& pictures);
 
 }  // namespace twang::detail
