@@ -22,10 +22,10 @@ namespace twang::detail {
 /// the fit is tried with such frames taken out of time, too.
 ///
 /// Where nothing moves by a few standard errors, nothing is called a repeat. Nor is a frame that a
-/// coder may have left as it was: where it spends little, before a picture coded by itself, or where
-/// the marker should have moved by less than 0.16 px and the coder does not speak for a repeat.
-/// Pictures around that are alike say how far such ones are off. A lamp's ripple is told as a
-/// marker's motion is, up to the film's ends, and clears a frame in which it went on.
+/// coder may have left as it was: where it spends little, before a picture coded by itself, or
+/// where the marker should have moved by less than 0.16 px and the coder does not speak for a
+/// repeat. Pictures around that are alike say how far such ones are off. A lamp's ripple is told as
+/// a marker's motion is, up to the film's ends, and clears a frame in which it went on.
 /// @param likeness  one a frame
 /// @param light     mean of each picture [grey levels]: a lamp's ripple tells the time as a marker
 ///                  does; empty if not known

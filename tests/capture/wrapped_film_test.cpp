@@ -81,15 +81,19 @@ void expect_same_positions(const TrackResult& tracked) {
       count += 2;
     }
   }
+  ::testing::Test::RecordProperty("rms_px", std::to_string(std::sqrt(sum / count)));
   EXPECT_LE(std::sqrt(sum / count), 0.03);  // what is asked of a film at high quality [px]
 }
 
 void expect_even_time(const TrackResult& tracked) {
   const auto& time_s = tracked.trace.time_s;
   ASSERT_EQ(time_s.size(), static_cast<std::size_t>(kFrames));
+  double worst_s = 0.0;
   for (std::size_t n = 0; n < time_s.size(); ++n) {
+    worst_s = std::max(worst_s, std::abs(time_s[n] - static_cast<double>(n) / kFps));
     EXPECT_NEAR(time_s[n], static_cast<double>(n) / kFps, 1e-6) << n;
   }
+  ::testing::Test::RecordProperty("worst_stamp_s", std::to_string(worst_s));
 }
 
 struct Wrapping {
