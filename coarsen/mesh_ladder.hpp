@@ -72,6 +72,8 @@ struct CoarseCandidate {
   ElementKind element = ElementKind::Hex8;
   double rescale = 1.0;      ///< of frequencies by eq. (15): the first becomes the reference's [-]
   long num_mixed_cells = 0;  ///< that hold more than one material
+  /// For each mode of the finest reference mesh the number of the one of its shape, from 0.
+  std::vector<int> mode_of_reference;
 };
 
 /// The reference ladder (hex20, then hex8e, with Richardson on top) and the coarse mesh (hex8 or
