@@ -106,7 +106,7 @@ void run(const CalibrateCommand& command) {
     throw InputError("calibrate takes either films or --trace, must be one of the two");
   }
   RigNeeds needs;
-  needs.part = true;
+  needs.mesh = true;
   needs.clamp = true;
   needs.film = !command.videos.empty();
   needs.observable = !command.videos.empty();

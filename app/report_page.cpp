@@ -3,6 +3,7 @@
 
 #include "app/motion_sections.hpp"
 #include "capture/png.hpp"
+#include "coarsen/follow_mode.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "report/material_table.hpp"
@@ -82,7 +83,8 @@ ReportSection ladder_section(const Calibration& calibration) {
   section.paragraphs.push_back(ladder.choice);
   Chart chart;
   chart.x_label = "dx [mm]";
-  chart.y_label = "first frequency at the identified E [Hz]";
+  const int mode = calibration.mode.mode;  // of the finest reference mesh
+  chart.y_label = fmt::format("frequency of eigenmode {} at the identified E [Hz]", mode + 1);
   ChartSeries reference{"reference", {}, {}, ChartSeries::Style::Points};
   ChartSeries coarse{"coarse candidates", {}, {}, ChartSeries::Style::Points};
   ChartSeries limit{"limit", {}, {}, ChartSeries::Style::Dashed};
@@ -90,7 +92,7 @@ ReportSection ladder_section(const Calibration& calibration) {
   table.head = {"element",
                 "dx [mm]",
                 "elements",
-                "f1 at E [Hz]",
+                fmt::format("f{} at E [Hz]", mode + 1),
                 "mode distance [%]",
                 "Hausdorff [%]",
                 "f error, 10 modes [%]",
@@ -99,7 +101,8 @@ ReportSection ladder_section(const Calibration& calibration) {
   double largest_dx_mm = 0.0;
   for (const MeshRung& rung : ladder.reference) {
     const double dx_mm = rung.mesh.requested_dx_m * kMillimetresPerMetre;
-    const double f = rung.modes.natural_frequency_hz(0) * std::sqrt(modulus);
+    const int here = follow_mode(ladder.reference.back(), mode, rung).mode;
+    const double f = rung.modes.natural_frequency_hz(here) * std::sqrt(modulus);
     reference.x.push_back(dx_mm);
     reference.y.push_back(f);
     largest_dx_mm = std::max(largest_dx_mm, dx_mm);
@@ -115,7 +118,10 @@ ReportSection ladder_section(const Calibration& calibration) {
   }
   for (const CoarseCandidate& candidate : ladder.candidates) {
     const double dx_mm = candidate.dx_m * kMillimetresPerMetre;
-    const double f = candidate.natural_frequency_hz[0] * std::sqrt(modulus);
+    const double f =
+        candidate
+            .natural_frequency_hz[candidate.mode_of_reference[static_cast<std::size_t>(mode)]] *
+        std::sqrt(modulus);
     coarse.x.push_back(dx_mm);
     coarse.y.push_back(f);
     largest_dx_mm = std::max(largest_dx_mm, dx_mm);
@@ -130,7 +136,7 @@ ReportSection ladder_section(const Calibration& calibration) {
                           rounded_text(100.0 * candidate.mean_frequency_error_after, 3),
                           chosen ? "chosen" : ""});
   }
-  const double limit_hz = std::sqrt(ladder.limit.lambda_per_s2 * modulus) / kTwoPi;
+  const double limit_hz = std::sqrt(calibration.limit.lambda_per_s2 * modulus) / kTwoPi;
   limit.x = {0.0, largest_dx_mm};
   limit.y = {limit_hz, limit_hz};
   for (ChartSeries* series : {&reference, &coarse}) {

@@ -9,12 +9,14 @@
 #include "coarsen/follow_mode.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
+#include "fem/read_mesh.hpp"
 #include "harmonic_inversion/decay_checks.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace twang {
@@ -22,14 +24,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The materials of the part, its solids or its mesh file.
+std::set<std::string> materials_of_part(const Rig& rig) {
+  if (rig.meshing.file) {
+    const std::vector<std::string> names = read_mesh_of(rig, ElementKind::Hex8).material_names;
+    return {names.begin(), names.end()};
+  }
+  std::set<std::string> names;
+  for (const PartSolid& solid : rig.parts) names.insert(solid.material);
+  return names;
+}
+
 /// The one material whose modulus is to be found.
 const RigMaterial& unknown_material(const Rig& rig) {
+  const std::set<std::string> of_part = materials_of_part(rig);
   const RigMaterial* unknown = nullptr;
   for (const RigMaterial& material : rig.materials) {
-    const bool used = std::any_of(rig.parts.begin(), rig.parts.end(), [&](const PartSolid& solid) {
-      return solid.material == material.name;
-    });
-    if (!used) continue;
+    if (!of_part.contains(material.name)) continue;
     if (material.youngs_modulus_pa || unknown) {
       throw InputError(
           fmt::format("{}: materials.{}: the part is made of several materials or of one whose "
@@ -171,9 +182,12 @@ void find_mode(const Rig& rig,
   }
 }
 
-/// Of the fundamental's mode, on the hex20 mesh that the ladder names for it.
+/// Of the fundamental's mode, on the hex20 mesh that the ladder names for it; of a part from a mesh
+/// file on the finest that was made of it.
 ModulusSensitivities sensitivities_of(const Rig& rig, const Calibration& calibration) {
   const MeshLadder& ladder = calibration.ladder;
+  if (rig.meshing.file)
+    return modulus_sensitivities(rig, ladder.reference.back(), calibration.mode.mode);
   const double dx_m = ladder.sensitivity_dx_m();
   int mode = calibration.mode.mode;
   for (const MeshRung& rung : ladder.reference) {

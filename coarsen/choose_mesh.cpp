@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarsen/detail/ladder_steps.hpp"
 #include "coarsen/detail/mesh_rung.hpp"
+#include "coarsen/follow_mode.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -90,6 +91,9 @@ class CandidateWalk {
         mean_error(candidate.natural_frequency_hz, 1.0, m_finest.modes, count);
     candidate.mean_frequency_error_after =
         mean_error(candidate.natural_frequency_hz, candidate.rescale, m_finest.modes, count);
+    for (int i = 0; i < m_finest.modes.count(); ++i) {
+      candidate.mode_of_reference.push_back(follow_mode(m_finest, i, tried.rung).mode);
+    }
     return tried;
   }
 

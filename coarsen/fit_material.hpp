@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "coarsen/mesh_ladder.hpp"
 #include "core/damped_sinusoid.hpp"
 #include "core/material.hpp"
 #include "rigs/rig.hpp"
@@ -65,6 +66,12 @@ struct ModulusSensitivities {
 /// @param mode  whose eigenvalue was tracked, of that mesh, from 0
 /// @throws InputError as `build_mesh_ladder`; NumericalFailure if the eigenproblem cannot be solved
 [[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m, int mode = 0);
+/// The same on a mesh whose modes are known, at moduli of 1 Pa where the rig states none. On a mesh
+/// that is not of voxels the outside moves along its own normals, and the inside follows smoothly.
+/// @param rung  at least mode + 1 modes; hex20 for the reason above
+[[nodiscard]] ModulusSensitivities modulus_sensitivities(const Rig& rig,
+                                                         const MeshRung& rung,
+                                                         int mode = 0);
 
 /// The relative parts of sigma_E [contract of material.json]: statistical from (f, d), repeats,
 /// mesh from the Richardson limit, and the rig's tolerances through the sensitivities (clock: twice

@@ -2,9 +2,12 @@
 #include "coarsen/detail/mesh_rung.hpp"
 #include "coarsen/detail/offset_faces.hpp"
 #include "coarsen/fit_material.hpp"
+#include "fem/hex_edges.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace twang {
 namespace {
@@ -24,6 +27,19 @@ ModalPair modal_pair(const ElasticBody& body, const Eigen::VectorXd& phi) {
   return {2.0 * body.elastic_energy(phi), phi.dot(body.mass() * phi)};
 }
 
+/// The shortest edge between two corners [m].
+double smallest_cell_m(const HexMesh& mesh) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index e = 0; e < mesh.elements.cols(); ++e) {
+    for (const auto& [a, b] : kHexEdges) {
+      shortest = std::min(
+          shortest,
+          (mesh.nodes.col(mesh.elements(a, e)) - mesh.nodes.col(mesh.elements(b, e))).norm());
+    }
+  }
+  return shortest;
+}
+
 /// d ln g / dx from the values at x - step and x + step.
 double logarithmic_slope(double below, double above, double step) {
   return std::log(above / below) / (2.0 * step);
@@ -34,25 +50,30 @@ double logarithmic_slope(double below, double above, double step) {
 ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m, int mode) {
   std::vector<std::string> notes;
   const Rig identified = rig_to_identify(rig, notes);
-  const MeshRung rung = compute_rung(identified, dx_m, ElementKind::Hex20, mode + 1, {});
+  return modulus_sensitivities(
+      identified, compute_rung(identified, dx_m, ElementKind::Hex20, mode + 1, {}), mode);
+}
+
+ModulusSensitivities modulus_sensitivities(const Rig& rig, const MeshRung& rung, int mode) {
+  assert(mode < rung.modes.count());
   const Eigen::VectorXd phi = rung.modes.shapes.col(mode);
-  const std::vector<ElasticMaterial> materials = elastic_materials(identified, rung.mesh);
-  const std::vector<MeshPoint> weights = mass_points(identified, rung.mesh);
+  const std::vector<ElasticMaterial> materials = elastic_materials(rig, rung.mesh);
+  const std::vector<MeshPoint> weights = mass_points(rig, rung.mesh);
 
   const Eigen::Matrix3Xd growth = outward_growth(rung.mesh);
   const auto lambda_when_grown_by = [&](double length_m) {
     HexMesh grown = rung.mesh;
     grown.nodes += length_m * growth;
-    return modal_pair(linear_body(identified, grown, materials, weights), phi).lambda_per_s2();
+    return modal_pair(linear_body(rig, grown, materials, weights), phi).lambda_per_s2();
   };
   const auto lambda_with_poissons_ratio_plus = [&](double change) {
     std::vector<ElasticMaterial> changed = materials;
     for (ElasticMaterial& material : changed) material.poissons_ratio += change;
-    return modal_pair(linear_body(identified, rung.mesh, changed, weights), phi).lambda_per_s2();
+    return modal_pair(linear_body(rig, rung.mesh, changed, weights), phi).lambda_per_s2();
   };
 
   ModulusSensitivities result;
-  const double length_step = kRelativeStep * rung.mesh.actual_dx_m.minCoeff();
+  const double length_step = kRelativeStep * smallest_cell_m(rung.mesh);
   result.dimension_per_m = -logarithmic_slope(
       lambda_when_grown_by(-length_step), lambda_when_grown_by(length_step), length_step);
 
@@ -68,9 +89,8 @@ ModulusSensitivities modulus_sensitivities(const Rig& rig, double dx_m, int mode
 
   if (!weights.empty()) {
     // lambda = k / (rho m + m_weights): its slope by ln rho is the part's share of the modal mass.
-    const double part = modal_pair(linear_body(identified, rung.mesh, materials, {}), phi).mass;
-    result.density =
-        part / modal_pair(linear_body(identified, rung.mesh, materials, weights), phi).mass;
+    const double part = modal_pair(linear_body(rig, rung.mesh, materials, {}), phi).mass;
+    result.density = part / modal_pair(linear_body(rig, rung.mesh, materials, weights), phi).mass;
   }
   return result;
 }

@@ -3,7 +3,10 @@
 
 #include "fem/hex_edges.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <array>
@@ -83,9 +86,7 @@ void interpolate_along(const std::vector<int>& line,
   }
 }
 
-}  // namespace
-
-Eigen::Matrix3Xd outward_growth(const HexMesh& mesh) {
+Eigen::Matrix3Xd growth_of_voxels(const HexMesh& mesh) {
   Eigen::Matrix3Xd growth = Eigen::Matrix3Xd::Zero(3, mesh.num_nodes());
   const FaceMotion given = motion_of_outer_faces(mesh);
   const std::vector<int> corners = corner_nodes(mesh);
@@ -104,6 +105,88 @@ Eigen::Matrix3Xd outward_growth(const HexMesh& mesh) {
       });
       interpolate_along(line, mesh, row, given[axis], growth);
     }
+  }
+  return growth;
+}
+
+/// Moves the corner nodes of the outside so that each face around them moves out by one half, by
+/// least squares where a node has more than three; which nodes these are.
+std::vector<bool> move_faces_outwards(const HexMesh& mesh, Eigen::Matrix3Xd& growth) {
+  constexpr double kFlat = 1e-4;  // faces this parallel do not tell how a node moves along them
+  std::vector<bool> outside(static_cast<std::size_t>(mesh.num_nodes()), false);
+  std::vector<Eigen::Matrix3d> normals(outside.size(), Eigen::Matrix3d::Zero());
+  Eigen::Matrix3Xd sums = Eigen::Matrix3Xd::Zero(3, mesh.num_nodes());
+  for (const std::array<int, 4>& face : surface_faces(mesh)) {
+    const Vector3d n = (mesh.nodes.col(face[2]) - mesh.nodes.col(face[0]))
+                           .cross(mesh.nodes.col(face[3]) - mesh.nodes.col(face[1]))
+                           .normalized();
+    for (const int node : face) {
+      outside[static_cast<std::size_t>(node)] = true;
+      normals[static_cast<std::size_t>(node)] += n * n.transpose();
+      sums.col(node) += 0.5 * n;
+    }
+  }
+  for (int node = 0; node < mesh.num_nodes(); ++node) {
+    if (!outside[static_cast<std::size_t>(node)]) continue;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+        normals[static_cast<std::size_t>(node)]);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (axes.eigenvalues()[k] <= kFlat * axes.eigenvalues()[2]) continue;
+      const Vector3d axis = axes.eigenvectors().col(k);
+      growth.col(node) += axis * (axis.dot(sums.col(node)) / axes.eigenvalues()[k]);
+    }
+  }
+  return outside;
+}
+
+/// Corner nodes that are not `given` move as the mean of those they share an edge with.
+void follow_smoothly(const HexMesh& mesh,
+                     const std::vector<bool>& given,
+                     Eigen::Matrix3Xd& growth) {
+  std::vector<int> unknown(given.size(), -1);
+  int count = 0;
+  for (const int node : corner_nodes(mesh)) {
+    if (!given[static_cast<std::size_t>(node)]) unknown[static_cast<std::size_t>(node)] = count++;
+  }
+  if (count == 0) return;
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count, 3);
+  const auto pull = [&](int node, int other) {
+    const int row = unknown[static_cast<std::size_t>(node)];
+    if (row < 0) return;
+    entries.emplace_back(row, row, 1.0);
+    const int column = unknown[static_cast<std::size_t>(other)];
+    if (column >= 0) {
+      entries.emplace_back(row, column, -1.0);
+    } else {
+      right.row(row) += growth.col(other).transpose();
+    }
+  };
+  for (Eigen::Index e = 0; e < mesh.elements.cols(); ++e) {
+    for (const auto& [a, b] : kHexEdges) {
+      pull(mesh.elements(a, e), mesh.elements(b, e));
+      pull(mesh.elements(b, e), mesh.elements(a, e));
+    }
+  }
+  Eigen::SparseMatrix<double> A(count, count);
+  A.setFromTriplets(entries.begin(), entries.end());
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(A);
+  const Eigen::MatrixXd inside = solver.solve(right);
+  for (std::size_t node = 0; node < unknown.size(); ++node) {
+    if (unknown[node] < 0) continue;
+    growth.col(static_cast<Eigen::Index>(node)) = inside.row(unknown[node]).transpose();
+  }
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd outward_growth(const HexMesh& mesh) {
+  Eigen::Matrix3Xd growth;
+  if (mesh.actual_dx_m.minCoeff() > 0.0) {
+    growth = growth_of_voxels(mesh);
+  } else {
+    growth.setZero(3, mesh.num_nodes());
+    follow_smoothly(mesh, move_faces_outwards(mesh, growth), growth);
   }
   if (mesh.kind == ElementKind::Hex20) {
     for (Eigen::Index e = 0; e < mesh.elements.cols(); ++e) {

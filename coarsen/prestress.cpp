@@ -62,6 +62,10 @@ double prestress_factor(const Rig& rig,
                     material.youngs_modulus_pa,
                     modes.message));
   }
+  if (modes.num_unstable > 0) {
+    throw NumericalFailure(fmt::format("the part buckles under its own weight at E = {:.4g} Pa",
+                                       material.youngs_modulus_pa));
+  }
   Eigen::Index same = 0;
   if (mode > 0) {
     (modes.shapes.transpose() * (body.mass() * rung.modes.shapes.col(mode)))

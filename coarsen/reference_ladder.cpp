@@ -17,7 +17,7 @@ namespace {
 
 /// A third rung, which lets the order be observed although two are convergent, may cost at most
 /// this share of max_dofs [-].
-constexpr double kShareOfObservingRung = 0.4;
+constexpr double kShareOfObservingRung = 0.25;
 /// Meshes whose volumes agree this well stand for one geometry [-].
 constexpr double kSameVolume = 1e-3;
 /// and a mesh of the part's volume to this is the part itself [-].

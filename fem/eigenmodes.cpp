@@ -188,6 +188,16 @@ void fix_signs(Eigen::MatrixXd& shapes) {
   }
 }
 
+/// Counts the negative eigenvalues, which say that `u` is not stable, and says so.
+void note_instability(Eigenmodes& modes) {
+  modes.num_unstable = static_cast<int>((modes.lambda_per_s2.array() < 0.0).count());
+  if (modes.num_unstable == 0) return;
+  modes.message += fmt::format(
+      "; {} of the eigenvalues {} negative: in this state the part or its elements buckle",
+      modes.num_unstable,
+      modes.num_unstable == 1 ? "is" : "are");
+}
+
 double largest_residual(const ElasticBody& body,
                         const FreeProblem& problem,
                         const Eigen::VectorXd& u,
@@ -238,12 +248,22 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
                               const EigenmodeOptions& options,
                               const Eigen::VectorXd& u) {
   check_count(options, free);
+  if (u.size() != 0 && !body.internal_force(u).allFinite()) {
+    Eigenmodes none;
+    none.termination = Termination::NumericalFailure;
+    none.message =
+        "the displacement turns elements inside out, or squeezes them until they collapse";
+    return none;
+  }
   MultigridChoice choice = choose_multigrid(body, free, options);
   if (choice.multigrid) {
     Eigenmodes modes = compute_modes_by_multigrid(body, free, options, u);
     if (modes.usable() || !choice.factor_fits) {
       modes.message += choice.reason;
-      if (modes.usable()) fix_signs(modes.shapes);
+      if (modes.usable()) {
+        fix_signs(modes.shapes);
+        note_instability(modes);
+      }
       return modes;
     }
     choice.reason = fmt::format(", by Cholesky factor, as by multigrid {}", modes.message);
@@ -287,6 +307,7 @@ Eigenmodes compute_eigenmodes(const ElasticBody& body,
   modes.max_orthonormality_error =
       (gram - Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff();
   modes.message += choice.reason;
+  note_instability(modes);
   return modes;
 }
 

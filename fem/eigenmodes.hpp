@@ -32,6 +32,9 @@ struct Eigenmodes {
   std::string message;  ///< one sentence for a person; names the solver and why it was chosen
   double max_orthonormality_error = 0.0;  ///< largest entry of |shapes' M shapes - 1| [-]
   StiffnessSolverKind solver = StiffnessSolverKind::Factor;  ///< that was used
+  /// Negative eigenvalues among them: u is then no stable equilibrium, the part or its elements
+  /// buckle there; the message says so.
+  int num_unstable = 0;
 
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
   [[nodiscard]] int count() const { return static_cast<int>(lambda_per_s2.size()); }
@@ -40,7 +43,7 @@ struct Eigenmodes {
 };
 
 /// Eigenmodes of K(u) with `held_nodes` at rest; a free body (no held node) has six rigid modes.
-/// Each shape's largest entry is positive. Beyond buckling eigenvalues are negative.
+/// Each shape's largest entry is positive. Beyond buckling eigenvalues are negative and counted.
 ///
 /// As long as a factor of K fits: ARPACK in shift-invert mode, one factorization and two to three
 /// solves for each mode. On larger voxel meshes, and on those of hex20 above 20,000 unknowns, where

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -109,6 +110,19 @@ class StaticNewton {
     return state;
   }
 
+  /// Whether K(u) is positive definite. The last Newton step's matrix answers for the state it led
+  /// to; without a step, or where that one was not, it is asked there.
+  [[nodiscard]] bool stable(const Eigen::VectorXd& u) {
+    const bool linear = m_body.model() == ConstitutiveModel::Linear;
+    if (linear || pulled() || m_last_shift == 0.0) return true;
+    SolveStatus status = m_solver->prepare({}, u);
+    if (status == SolveStatus::Ok && m_solver->kind() == StiffnessSolverKind::Multigrid) {
+      Eigen::MatrixXd X;  // conjugate gradients meet a negative curvature where there is one
+      status = m_solver->solve(m_signs, X).status;
+    }
+    return status != SolveStatus::NotPositiveDefinite;
+  }
+
   [[nodiscard]] int iterations() const { return m_iterations; }
   [[nodiscard]] int linear_iterations() const { return m_linear_iterations; }
   [[nodiscard]] std::string solver() const { return m_solver->description(); }
@@ -158,6 +172,7 @@ class StaticNewton {
         status = solution.status;
       }
       // What conjugate gradients have when they are stopped is still a direction of descent.
+      m_last_shift = shift;
       if (status == SolveStatus::Ok || status == SolveStatus::NotConverged) return true;
       if (status != SolveStatus::NotPositiveDefinite) return false;
       if (m_first_lambda == 0.0) m_first_lambda = estimate_first_lambda(m_body);
@@ -212,8 +227,9 @@ class StaticNewton {
   Eigen::VectorXd m_signs;      // 1 or -1, of each free degree of freedom
   double m_first_lambda = 0.0;  // about the smallest eigenvalue; 0: not needed yet [1/s²]
   int m_linear_iterations = 0;
-  double m_scale = 0.0;      // largest force met [N]
-  double m_round_off = 0.0;  // residual that is only round-off [N]
+  double m_scale = 0.0;                // largest force met [N]
+  double m_round_off = 0.0;            // residual that is only round-off [N]
+  std::optional<double> m_last_shift;  // of the mass in the last Newton step [1/s²]
   int m_iterations = 0;
 };
 
@@ -290,7 +306,9 @@ StaticResult solve_static(const ElasticBody& body,
                  pulled ? c.dot(free.restrict_vector(result.u)) : 0.0};
   if (!first.force.allFinite()) {
     result.termination = Termination::NumericalFailure;
-    result.message = "the displacement to start from turns elements inside out";
+    result.message =
+        "the displacement to start from turns elements inside out, or squeezes them until they "
+        "collapse";
     return result;
   }
   const LoadStep last{free.restrict_vector(full_force), pulled ? load.pull.norm() : 0.0};
@@ -321,6 +339,7 @@ StaticResult solve_static(const ElasticBody& body,
   result.newton_iterations = newton.iterations();
   result.linear_iterations = newton.linear_iterations();
   result.solver = newton.solver();
+  result.stable = done < 1.0 || newton.stable(result.u);
   result.termination = done == 1.0 ? Termination::Converged : Termination::NumericalFailure;
   result.message =
       done == 1.0
@@ -329,6 +348,14 @@ StaticResult solve_static(const ElasticBody& body,
                         result.load_steps)
           : fmt::format(
                 "no equilibrium found beyond {:.3g} % of the load: {}", 100.0 * done, reason(end));
+  if (!result.stable) {
+    result.message += fmt::format(
+        ", but not a stable one: the stiffness there is not positive definite, so that the part or "
+        "its elements buckle at the slightest push{}",
+        body.model() == ConstitutiveModel::SaintVenantKirchhoff
+            ? "; Saint Venant-Kirchhoff softens under compression, neo-Hookean does not"
+            : "");
+  }
   return result;
 }
 

@@ -51,6 +51,10 @@ struct StaticResult {
   std::string message;        ///< one sentence for a person
   std::string solver;         ///< of the linear systems, and why it was chosen
   int linear_iterations = 0;  ///< of all linear systems solved; 0: direct
+  /// Whether the stiffness there is positive definite. If not, forces balance but the part or its
+  /// elements buckle at the slightest push, and the message says so. A pulled point is not asked:
+  /// it can hold a part that would buckle under dead forces.
+  bool stable = true;
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
 };
 

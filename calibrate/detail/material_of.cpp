@@ -116,6 +116,10 @@ Provenance provenance_of(const Rig& rig,
   provenance.twang_version = kVersion;
   provenance.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   provenance.inputs.push_back({rig.file.filename().string(), rig.sha256});
+  if (rig.meshing.file) {
+    const fs::path& mesh = rig.meshing.file->file;
+    provenance.inputs.push_back({mesh.filename().string(), sha256_of_file(mesh)});
+  }
   for (std::size_t i = 0; i < repeats.size(); ++i) {
     const fs::path& file = repeats[i].file;
     if (i > 0 && file == repeats[i - 1].file) continue;  // another release of the same

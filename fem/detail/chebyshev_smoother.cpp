@@ -10,16 +10,14 @@ namespace twang {
 namespace {
 
 constexpr int kThreadedNodes = 20'000;
-constexpr int kSmoothingDegree = 3;
-/// Errors with eigenvalues of D^-1 A above the largest over this are smoothed away.
-constexpr float kSmoothedRange = 10.0F;
 constexpr int kPowerIterations = 15;
 /// What the power iteration falls short of the largest eigenvalue, generously.
 constexpr float kSafety = 1.15F;
 
 }  // namespace
 
-ChebyshevSmoother::ChebyshevSmoother(int num_nodes) : m_num_nodes(num_nodes) {
+ChebyshevSmoother::ChebyshevSmoother(int num_nodes, Smoothing smoothing)
+    : m_num_nodes(num_nodes), m_smoothing(smoothing) {
   for (Eigen::VectorXf* vector : {&x, &r, &step}) vector->setZero(3 * num_nodes);
 }
 
@@ -106,13 +104,13 @@ void ChebyshevSmoother::precondition_step(float keep, float add) {
 
 void ChebyshevSmoother::smooth(const Product& add_product, bool residual_wanted) {
   const float high = m_largest;
-  const float low = high / kSmoothedRange;
+  const float low = high / m_smoothing.range;
   const float middle = 0.5F * (high + low);
   const float half = 0.5F * (high - low);
   const float sigma = middle / half;
   float rho = 1.0F / sigma;
   precondition_step(0.0F, 1.0F / middle);
-  for (int k = 1; k < kSmoothingDegree; ++k) {
+  for (int k = 1; k < m_smoothing.degree; ++k) {
     add_product(-1.0F, step.data(), r.data());
     const float next = 1.0F / (2.0F * sigma - rho);
     precondition_step(next * rho, 2.0F * next / half);

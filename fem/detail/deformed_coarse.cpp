@@ -2,6 +2,7 @@
 #include "fem/detail/deformed_coarse.hpp"
 
 #include "fem/detail/coarse_grid.hpp"
+#include "fem/stiffness_solver.hpp"
 
 #include <utility>
 #include <vector>
@@ -164,6 +165,16 @@ Eigen::VectorXd DeformedCoarse::solve(const Eigen::VectorXd& r) const {
   if (m_solver->solve(b, x) != SolveStatus::Ok) return Eigen::VectorXd::Zero(r.size());
   for_each_free([&](int free, int dof) { coarse[dof] = x(free, 0); });
   return prolong(coarse);
+}
+
+double DeformedCoarse::memory_bytes() const {
+  constexpr double kEntry = 12.0;                     // a value and its column
+  constexpr double kNode = 4.0 * (kColours + 1 + 3);  // what is kept of a coarse node
+  double bytes = kNode * static_cast<double>(m_colour.size()) + estimate_factor_bytes(m_num_free);
+  for (const Functions& P : m_P) {
+    bytes += kEntry * static_cast<double>(P.nonZeros()) + 4.0 * static_cast<double>(P.rows());
+  }
+  return bytes;
 }
 
 }  // namespace twang

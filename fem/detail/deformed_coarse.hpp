@@ -31,6 +31,7 @@ class DeformedCoarse {
   /// Q r
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& r) const;
   [[nodiscard]] int num_dofs() const { return m_num_free; }
+  [[nodiscard]] double memory_bytes() const;  ///< with the factor, estimated
 
  private:
   using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;

@@ -33,6 +33,17 @@ TypedGrid typed_grid(const VoxelBody& body, std::vector<int>& body_type) {
   return result;
 }
 
+/// Near incompressibility cells that keep their volumes couple widely, and the error that is left
+/// to coarser grids must be smoother. Measured at nu = 0.499: 98 iterations by degree 3, 39 by
+/// degree 8 in two thirds of the time; at 0.45 nothing is gained.
+Smoothing smoothing_for(const VoxelBody& body) {
+  constexpr double kNear = 24.0;      // nu = 0.48
+  constexpr double kVeryNear = 99.0;  // nu = 0.495
+  const double incompressibility = body.incompressibility();
+  if (incompressibility < kNear) return {};
+  return incompressibility < kVeryNear ? Smoothing{6, 30.0F} : Smoothing{8, 60.0F};
+}
+
 }  // namespace
 
 Multigrid::Multigrid(const VoxelBody& body, int max_coarse_dofs)
@@ -51,8 +62,9 @@ Multigrid::Multigrid(const VoxelBody& body, int max_coarse_dofs)
     m_levels.emplace_back();
     m_levels.back().cells = last;
   }
+  const Smoothing smoothing = smoothing_for(body);
   for (Level& level : m_levels) {
-    level.smoother = std::make_unique<ChebyshevSmoother>(level.num_nodes());
+    level.smoother = std::make_unique<ChebyshevSmoother>(level.num_nodes(), smoothing);
   }
   m_coarsest_free.assign(last->held.size(), -1);
   // Node by node, as the factorization's ordering expects it.

@@ -145,7 +145,8 @@ std::string MultigridSolver::description() const {
 
 double MultigridSolver::memory_bytes() const {
   constexpr double kVectors = 6.0;  // of the conjugate gradients
-  return m_problem->memory_bytes() + 8.0 * kVectors * m_problem->size();
+  const double deformed = m_deformed_coarse == nullptr ? 0.0 : m_deformed_coarse->memory_bytes();
+  return m_problem->memory_bytes() + deformed + 8.0 * kVectors * m_problem->size();
 }
 
 }  // namespace twang

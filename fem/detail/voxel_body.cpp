@@ -171,6 +171,14 @@ void VoxelBody::take_materials(const ElasticBody& body, const Eigen::Matrix3Xi& 
   }
 }
 
+double VoxelBody::incompressibility() const {
+  double most = 0.0;
+  for (const CellMaterial& material : m_materials) {
+    most = std::max(most, material.lambda / material.mu);
+  }
+  return most;
+}
+
 Eigen::VectorXd VoxelBody::from_free(const Eigen::VectorXd& free) const {
   Eigen::VectorXd own(size());
   for (int i = 0; i < size(); ++i) {

@@ -12,9 +12,12 @@ namespace twang {
 namespace {
 
 constexpr double kDepth_mm = 24.0;
+constexpr double kLeaf_mm = 0.6;  // thickness
+constexpr double kKnot_mm = 2.7;  // radius
+constexpr std::array kLeafHeights_mm = {6.6, 10.8, 15.0, 19.2, 23.4};
 
 /// Outline from corners (x, z) in millimetres.
-Eigen::Matrix2Xd outline_mm(std::initializer_list<std::array<double, 2>> corners) {
+Eigen::Matrix2Xd outline_mm(const std::vector<std::array<double, 2>>& corners) {
   Eigen::Matrix2Xd outline(2, static_cast<Eigen::Index>(corners.size()));
   Eigen::Index i = 0;
   for (const auto& [x, z] : corners)
@@ -47,17 +50,51 @@ Eigen::VectorXd sizes_mm(int points, Size&& size) {
   return sizes;
 }
 
-/// A leaf that leaves the stem at height `z` and arches over.
-SurfaceMesh leaf(double z, double azimuth) {
-  constexpr int kPoints = 25;
-  constexpr double kLength = 24.0;
-  const auto curve = [&](double s) {
-    const double r = 0.6 + kLength * s;
-    const double height = z + 9.0 * s - 8.0 * s * s;
-    return Eigen::Vector3d(r * std::cos(azimuth), r * std::sin(azimuth), height);
+/// A flat piece of a leaf from radius `from` to `to` on top of height `z`, as wide as `width` says
+/// at so many `points`.
+template <typename Width>
+SurfaceMesh blade_mm(int points, double from, double to, double z, Width&& width) {
+  const auto radius = [&](double s) { return from + (to - from) * s; };
+  return ribbon(
+      path_mm(points,
+              [&](double s) { return Eigen::Vector3d(radius(s), 0.0, z + 0.5 * kLeaf_mm); }),
+      sizes_mm(points, [&](double s) { return width(radius(s)); }),
+      kLeaf_mm * kMetresPerMillimetre);
+}
+
+/// A leaf along x: a petiole, a fold upwards, the blade, a fold downwards and the tip, `tip` from
+/// the stem's axis. All of it is as thick as a coarse voxel, and its faces lie between voxels.
+SurfaceMesh leaf_mm(double tip, double z, double width_mm) {
+  constexpr double kUp = 3.0;
+  constexpr double kDown = 1.8;
+  const double up = 5.1;
+  const double down = tip - 3.6;
+  const auto width = [&](double r) {
+    const double s = std::max(r - up, 0.0) / (tip - up);
+    return 1.8 + (width_mm - 1.8) * std::sin(kPi * std::pow(0.08 + 0.84 * s, 0.8));
   };
-  const auto width = [](double s) { return 1.8 + 5.4 * std::sin(kPi * std::pow(s, 0.8)); };
-  return ribbon(path_mm(kPoints, curve), sizes_mm(kPoints, width), 0.9 * kMetresPerMillimetre);
+  const auto fold = [&](double at, double foot, double top) {
+    return extrude_mm({{at - kLeaf_mm, foot}, {at, foot}, {at, top}, {at - kLeaf_mm, top}},
+                      -0.5 * width(at),
+                      0.5 * width(at));
+  };
+  const double high = z + kUp;
+  const double low = high - kDown;
+  return join({blade_mm(2, 1.2, up - kLeaf_mm, z, [](double) { return 1.8; }),
+               fold(up, z, high + kLeaf_mm),
+               blade_mm(13, up, down - kLeaf_mm, high, width),
+               fold(down, low, high + kLeaf_mm),
+               blade_mm(5, down, tip, low, width)});
+}
+
+/// Turned about z by a quarter so many times.
+SurfaceMesh quarter_turns(SurfaceMesh surface, int times) {
+  for (int i = 0; i < times; ++i) {
+    const Eigen::RowVectorXd x = surface.vertices.row(0);
+    surface.vertices.row(0) = -surface.vertices.row(1);
+    surface.vertices.row(1) = x;
+  }
+  return surface;
 }
 
 }  // namespace
@@ -106,13 +143,30 @@ SurfaceMesh catapult() {
 
 SurfaceMesh plant_stem() {
   constexpr int kSides = 24;
-  return revolve(
-      outline_mm({{6, 0}, {6, 1.8}, {1.8, 2.4}, {1.4, 6}, {1.2, 20}, {1.1, 40}, {0.8, 46}}),
-      kSides);
+  constexpr double kTop = 25.2;
+  const auto radius = [](double z) { return 2.4 - 0.6 * z / kTop; };
+  std::vector<std::array<double, 2>> profile = {{5.1, 0.0}, {5.1, 1.2}, {radius(2.4), 2.4}};
+  for (const double z : kLeafHeights_mm) {  // a knot where leaves begin
+    const double foot = z - kLeaf_mm;
+    const double top = z + 2.0 * kLeaf_mm;
+    profile.insert(profile.end(),
+                   {{radius(foot), foot}, {kKnot_mm, foot}, {kKnot_mm, top}, {radius(top), top}});
+  }
+  profile.push_back({radius(kTop), kTop});
+  return revolve(outline_mm(profile), kSides);
 }
 
 SurfaceMesh plant_leaves() {
-  return join({leaf(18.0, 0.0), leaf(24.0, 0.5 * kPi), leaf(21.0, kPi), leaf(30.0, 1.5 * kPi)});
+  std::vector<SurfaceMesh> leaves;
+  double tip = 21.3;  // each pair is shorter than the one below
+  for (std::size_t i = 0; i < kLeafHeights_mm.size(); ++i) {
+    for (const int turns : {0, 2}) {
+      leaves.push_back(
+          quarter_turns(leaf_mm(tip, kLeafHeights_mm[i], 4.8), turns + static_cast<int>(i % 2)));
+    }
+    tip -= 1.2;
+  }
+  return join(leaves);
 }
 
 std::vector<SurfaceMesh> flamingo() {
@@ -147,22 +201,46 @@ std::vector<SurfaceMesh> flamingo() {
 }
 
 SurfaceMesh walker() {
-  std::vector<SurfaceMesh> pieces = {
-      extrude_mm({{0, 24}, {48, 24}, {48, 36}, {42, 42}, {6, 42}, {0, 36}})};
-  for (const double x : {3.0, 36.0}) {
-    for (const double y : {0.0, 18.0}) {
+  // a back that is higher in the middle, 3 mm thick as all of it, and a head
+  std::vector<SurfaceMesh> pieces = {extrude_mm({{0, 24},
+                                                 {18, 24},
+                                                 {18, 27},
+                                                 {36, 27},
+                                                 {36, 24},
+                                                 {54, 24},
+                                                 {54, 27},
+                                                 {39, 27},
+                                                 {39, 30},
+                                                 {15, 30},
+                                                 {15, 27},
+                                                 {0, 27}}),
+                                     extrude_mm({{51, 27},
+                                                 {54, 27},
+                                                 {54, 24},
+                                                 {57, 24},
+                                                 {60, 27},
+                                                 {60, 33},
+                                                 {57, 36},
+                                                 {54, 36},
+                                                 {51, 33}},
+                                                6.0,
+                                                18.0)};
+  for (const double x : {3.0, 45.0}) {  // legs with a knee, on flat soles
+    for (const double y : {0.0, 21.0}) {
       pieces.push_back(extrude_mm({{x, 24},
-                                   {x, 6},
-                                   {x + 0.6, 3},
-                                   {x + 1.8, 1.2},
-                                   {x + 4.5, 0},
-                                   {x + 7.5, 1.2},
+                                   {x, 12},
+                                   {x + 3, 12},
+                                   {x + 3, 3},
+                                   {x, 3},
+                                   {x, 0},
+                                   {x + 9, 0},
                                    {x + 9, 3},
-                                   {x + 9, 4.5},
-                                   {x + 4.5, 6},
-                                   {x + 4.5, 24}},
+                                   {x + 6, 3},
+                                   {x + 6, 15},
+                                   {x + 3, 15},
+                                   {x + 3, 24}},
                                   y,
-                                  y + 6.0));
+                                  y + 3.0));
     }
   }
   return join(pieces);

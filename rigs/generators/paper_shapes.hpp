@@ -22,13 +22,15 @@ namespace twang {
 [[nodiscard]] SurfaceMesh flipper_feet();
 /// The flipper, feet included, with a basket on the arm's free end.
 [[nodiscard]] SurfaceMesh catapult();
-/// Foot and stem of a plant of about 1 cm³, as many cells as its table counts at 0.1 mm.
+/// Foot and stem of a plant of 1 cm³, as many cells as its table counts at 0.1 mm.
 [[nodiscard]] SurfaceMesh plant_stem();
-/// Four arching leaves, 0.9 mm thick, that begin within the stem.
+/// Five pairs of folded leaves that begin within the knots of the stem, 0.6 mm thick: one voxel of
+/// the coarse mesh in its table, between whose voxels their faces lie.
 [[nodiscard]] SurfaceMesh plant_leaves();
 /// Foot, one thin leg, body, and an S-shaped neck with head and beak.
 [[nodiscard]] std::vector<SurfaceMesh> flamingo();
-/// A body on four legs with rounded feet.
+/// A back with a hump and a head on four legs with knees and flat soles, 3 mm thick throughout: two
+/// voxels of 1.5 mm.
 [[nodiscard]] SurfaceMesh walker();
 
 /// All of them by the name of their file.

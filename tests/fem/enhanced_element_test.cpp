@@ -2,6 +2,7 @@
 // hex8e; what every element must do is tested in elastic_body_test.cpp.
 #include "core/constants.hpp"
 #include "core/dense_algebra.hpp"
+#include "fem/eigenmodes.hpp"
 #include "fem/static_solve.hpp"
 #include "tests/fem/distorted_mesh.hpp"
 #include "tests/support/rigs.hpp"
@@ -122,6 +123,50 @@ TEST(EnhancedElement, InternalModesAreAtTheMinimumUnderLargeDeformation) {
   const VectorXd change = test::directional_derivative(
       [&](const VectorXd& x) { return body.internal_force(x); }, u, w, 1e-4);
   EXPECT_LT((change - body.stiffness(u) * w).norm(), 1e-8 * change.norm());
+}
+
+/// A bar of hex8e, 4 x 4 x 8, between two plates that are `squeeze` of its length nearer.
+struct SqueezedBar {
+  HexMesh mesh = mesh_part(test::make_rig({Box{{0, 0, 0}, {4, 4, 8}}}), 1.0, ElementKind::Hex8e);
+  ElasticBody body;
+  std::vector<int> held;
+  VectorXd u;
+
+  SqueezedBar(ConstitutiveModel model, double squeeze)
+      : body(mesh, {test::elastic(1.0, 0.3, 1.0)}, model) {
+    for (int n = 0; n < mesh.num_nodes(); ++n) {
+      if (mesh.nodes(2, n) < 1e-9 || mesh.nodes(2, n) > 8.0 - 1e-9) held.push_back(n);
+    }
+    const Matrix3d gradient = Vector3d(0.0, 0.0, -squeeze).asDiagonal();
+    u = (gradient * mesh.nodes).reshaped();
+  }
+};
+
+TEST(EnhancedElement, OfSaintVenantKirchhoffBucklesUnderStrongCompressionAndThatIsSaid) {
+  const SqueezedBar soft(ConstitutiveModel::SaintVenantKirchhoff, 0.3);
+  const StaticResult buckled = solve_static(soft.body, soft.held, {}, {}, soft.u);
+  EXPECT_FALSE(buckled.stable);
+  EXPECT_NE(buckled.message.find("not a stable one"), std::string::npos) << buckled.message;
+  const Eigenmodes modes = compute_eigenmodes(soft.body, soft.held, {}, soft.u);
+  ASSERT_TRUE(modes.usable()) << modes.message;
+  EXPECT_GT(modes.num_unstable, 0);
+  EXPECT_NE(modes.message.find("negative"), std::string::npos) << modes.message;
+
+  const SqueezedBar sound(ConstitutiveModel::NeoHookean, 0.3);
+  const StaticResult balanced = solve_static(sound.body, sound.held, {}, {}, sound.u);
+  EXPECT_TRUE(balanced.usable()) << balanced.message;
+  EXPECT_TRUE(balanced.stable) << balanced.message;
+  EXPECT_EQ(compute_eigenmodes(sound.body, sound.held, {}, balanced.u).num_unstable, 0);
+}
+
+TEST(EnhancedElement, OfSaintVenantKirchhoffCollapsesWhenSqueezedToHalfAndThatIsSaid) {
+  const SqueezedBar collapsed(ConstitutiveModel::SaintVenantKirchhoff, 0.5);
+  const StaticResult squeezed = solve_static(collapsed.body, collapsed.held, {}, {}, collapsed.u);
+  EXPECT_FALSE(squeezed.usable());
+  EXPECT_NE(squeezed.message.find("collapse"), std::string::npos) << squeezed.message;
+  const Eigenmodes modes = compute_eigenmodes(collapsed.body, collapsed.held, {}, collapsed.u);
+  EXPECT_FALSE(modes.usable());
+  EXPECT_NE(modes.message.find("collapse"), std::string::npos) << modes.message;
 }
 
 }  // namespace
