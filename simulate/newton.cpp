@@ -7,6 +7,7 @@
 #include "simulate/detail/stale_factor.hpp"
 #include "simulate/detail/state_stream.hpp"
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,6 +60,7 @@ StepWork& StepWork::operator+=(const StepWork& other) {
   load_j += other.load_j;
   base_j += other.base_j;
   damping_j += other.damping_j;
+  points_j += other.points_j;
   return *this;
 }
 
@@ -87,7 +89,7 @@ struct StepNewton::Impl {
     const Eigen::VectorXd inertia =
         equation.mu_per_s2 * damped.mass_product(delta - equation.delta_free);
     trial.resisting = damped.resisting_force(trial.u, trial.v);
-    trial.residual = inertia + trial.resisting - equation.load;
+    trial.residual = off_points(inertia + trial.resisting - equation.load);
     trial.norm = trial.residual.norm();
     trial.scale = std::max({inertia.norm(), trial.resisting.norm(), equation.load.norm()});
     trial.delta = std::move(delta);
@@ -118,12 +120,44 @@ struct StepNewton::Impl {
   [[nodiscard]] bool renew(const DampedBody::Linearization& at, StepReport& report) {
     const PhaseTimer timer(phases.factorization_s);
     ++report.factorizations;
-    return factor.renew(at);
+    const bool ready = factor.renew(at);
+    if (ready) respond_to_points();
+    return ready;
   }
 
+  void follow(const Eigen::VectorXd& u) {
+    factor.follow(u);
+    respond_to_points();
+  }
+
+  /// What the preconditioner makes of forces on the held points.
+  void respond_to_points() {
+    if (C.cols() == 0) return;
+    const PhaseTimer timer(phases.preconditioner_s);
+    PC.resize(C.rows(), C.cols());
+    for (Eigen::Index i = 0; i < C.cols(); ++i) PC.col(i) = factor.apply(C.col(i));
+    schur.compute(C.transpose() * PC);
+  }
+
+  /// A force without what the held points carry, (1 - C (Cᵀ C)⁻¹ Cᵀ) r.
+  [[nodiscard]] Eigen::VectorXd off_points(Eigen::VectorXd r) const {
+    if (C.cols() > 0) r -= C * gram.solve(C.transpose() * r);
+    return r;
+  }
+
+  /// P⁻¹ r, along which held points stay where they are.
   [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& r) const {
     const PhaseTimer timer(phases.preconditioner_s);
-    return factor.apply(r);
+    if (C.cols() == 0) return factor.apply(r);
+    Eigen::VectorXd z = factor.apply(off_points(r));
+    z -= PC * schur.solve(C.transpose() * z);
+    return z;
+  }
+
+  [[nodiscard]] Eigen::VectorXd product(const DampedBody::Linearization& at,
+                                        const Eigen::VectorXd& w) const {
+    const PhaseTimer timer(phases.products_s);
+    return off_points(damped.step_product(at, w));
   }
 
   /// One Newton iteration; false and a sentence in the report if it cannot go on.
@@ -142,6 +176,10 @@ struct StepNewton::Impl {
 
   DampedBody damped;
   StaleFactor factor;
+  Eigen::MatrixXd C;                   // of held points, (3 num_nodes x k)
+  Eigen::LLT<Eigen::MatrixXd> gram;    // Cᵀ C
+  Eigen::MatrixXd PC;                  // P⁻¹ C
+  Eigen::LDLT<Eigen::MatrixXd> schur;  // Cᵀ P⁻¹ C
   NewtonOptions options;
   double force_scale = 0.0;       // largest force met, slowly forgotten [N]
   double linear_reduction = 0.0;  // of the last linear solve [-]
@@ -185,13 +223,10 @@ bool StepNewton::Impl::iterate(
   const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
-      if (!fresh) factor.follow(trial.u);
+      if (!fresh) follow(trial.u);
       trial.preconditioned = precondition(trial.residual);
     }
-    const auto jacobian = [&](const Eigen::VectorXd& w) {
-      const PhaseTimer timer(phases.products_s);
-      return damped.step_product(at, w);
-    };
+    const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
@@ -225,10 +260,7 @@ Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
                                               Trial& trial,
                                               StepReport& report) {
   const DampedBody::Linearization at = linearize(equation, trial);
-  const auto jacobian = [&](const Eigen::VectorXd& w) {
-    const PhaseTimer timer(phases.products_s);
-    return damped.step_product(at, w);
-  };
+  const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
   const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
   bool fresh = !factor.fits(at) || factor.worn();
   for (;;) {
@@ -236,7 +268,7 @@ Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
       report.message = "the matrix of the step could not be factorized";
       return {};
     }
-    if (!fresh) factor.follow(trial.u);
+    if (!fresh) follow(trial.u);
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
@@ -260,6 +292,11 @@ StepNewton::StepNewton(const ElasticBody& body,
 StepNewton::~StepNewton() = default;
 StepNewton::StepNewton(StepNewton&&) noexcept = default;
 StepNewton& StepNewton::operator=(StepNewton&&) noexcept = default;
+
+void StepNewton::hold(Eigen::MatrixXd C) {
+  m_impl->C = std::move(C);
+  m_impl->gram.compute(m_impl->C.transpose() * m_impl->C);
+}
 
 Eigen::VectorXd StepNewton::mass_product(const Eigen::VectorXd& w) const {
   return m_impl->damped.mass_product(w);
