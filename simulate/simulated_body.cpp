@@ -230,7 +230,8 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   if (!impl.from.clamped) return;  // its loads grow
   StaticOptions options;
   options.progress = progress;
-  options.solver = impl.integrator->options().solver;
+  // A factor repays itself here up to a larger size than in a step.
+  options.solver.kind = impl.from.solver;
   const StaticResult result = solve_static(impl.body, impl.held, load, options);
   if (!result.usable())
     throw NumericalFailure(fmt::format("{}: the body \"{}\" cannot be loaded: {}",

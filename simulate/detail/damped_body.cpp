@@ -2,6 +2,7 @@
 #include "simulate/detail/damped_body.hpp"
 
 #include "core/error.hpp"
+#include "fem/threads.hpp"
 
 #include <fmt/format.h>
 
@@ -68,12 +69,14 @@ Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
 
 Eigen::VectorXd DampedBody::full_mass_product(const Eigen::VectorXd& w) const {
   Eigen::VectorXd product(w.size());
-  for (int j = 0; j < m_nodal_mass.cols(); ++j) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(m_nodal_mass, j); it; ++it)
-      sum += it.value() * w.segment<3>(3 * it.row());
-    product.segment<3>(3 * j) = sum;
-  }
+  for_each_range(static_cast<int>(m_nodal_mass.cols()), [&](int first, int last) {
+    for (int j = first; j < last; ++j) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (Eigen::SparseMatrix<double>::InnerIterator it(m_nodal_mass, j); it; ++it)
+        sum += it.value() * w.segment<3>(3 * it.row());
+      product.segment<3>(3 * j) = sum;
+    }
+  });
   return product;
 }
 
