@@ -43,6 +43,7 @@ struct Settings {
   int threads = 2;
   bool parts = false;
   double paper_s_per_step = 0.0;
+  double poissons_ratio = 0.0;  // 0: the rig's
 };
 
 /// Median wall time of `calls` calls.
@@ -133,6 +134,8 @@ int run_case(const Settings& settings) {
   HexMesh mesh =
       mesh_part(rig, settings.dx_mm * kMetresPerMillimetre, element_kind_from(settings.element));
   std::vector<ElasticMaterial> materials = bench::materials_of(rig, mesh, 1e9, settings.b_s);
+  for (ElasticMaterial& material : materials)
+    if (settings.poissons_ratio != 0.0) material.poissons_ratio = settings.poissons_ratio;
   const std::vector<int> held = clamped_nodes(mesh, rig);
   const ElasticBody body(std::move(mesh), std::move(materials));
   const FreeDofs free(body.mesh().num_nodes(), held);
@@ -208,6 +211,7 @@ int main(int argc, char** argv) {
   app.add_option("--pull-mm", settings.pull_mm, "and how far [mm]")->expected(3);
   app.add_option("--step-s", settings.step_s, "time step [s]");
   app.add_option("--b-s", settings.b_s, "stiffness damping [s]");
+  app.add_option("--poissons-ratio", settings.poissons_ratio, "in place of the rig's [-]");
   app.add_option("--steps", settings.steps, "number of steps");
   app.add_option("--threads", settings.threads, "number of threads");
   app.add_flag("--parts", settings.parts, "times of the parts of a step, too");

@@ -11,7 +11,8 @@
 namespace twang::detail {
 namespace {
 
-constexpr double kDifference = 1e-3;  // of the way v / gamma, for differences of K [-]
+constexpr double kStiffInVolume = 100.0;  // lambda over mu, a Poisson's ratio of 0.495 [-]
+constexpr double kDifference = 1e-3;      // of the way v / gamma, for differences of K [-]
 
 std::vector<int> checked_nodes(const HexMesh& mesh, const std::vector<int>& nodes) {
   for (const int node : nodes)
@@ -53,8 +54,12 @@ DampedBody::DampedBody(const ElasticBody& body, const std::vector<int>& held_nod
           body.mesh().material_names[i]));
     m_one_b = m_one_b && materials[i].damping_stiffness_b_s == m_b;
   }
-  for (const ElasticMaterial& material : materials)
+  for (const ElasticMaterial& material : materials) {
     m_b = std::max(m_b, material.damping_stiffness_b_s);
+    const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
+    m_stiff_in_volume = m_stiff_in_volume || (material.damping_stiffness_b_s > 0.0 &&
+                                              lame.lambda > kStiffInVolume * lame.mu);
+  }
 }
 
 void DampedBody::clear_held(Eigen::VectorXd& w) const {
