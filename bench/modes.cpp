@@ -12,6 +12,7 @@
 #include "fem/stiffness_solver.hpp"
 #include "rigs/load_rig.hpp"
 
+#include "bench/measure.hpp"
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
@@ -19,13 +20,15 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <string>
 #include <vector>
 
 namespace {
 
 using namespace twang;
+using bench::peak_bytes;
+using bench::reset_peak;
+using bench::seconds_since;
 
 struct Settings {
   std::string rig;
@@ -36,23 +39,6 @@ struct Settings {
   double max_factor_gb = 12.0;
   std::vector<double> reference_dx_mm;
 };
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Starts the count of the peak anew, where the system lets a process do so.
-void reset_peak() { std::ofstream("/proc/self/clear_refs") << "5\n"; }
-
-/// Largest resident set since then; 0 where the system does not tell [byte].
-double peak_bytes() {
-  std::ifstream file("/proc/self/status");
-  std::string line;
-  while (std::getline(file, line)) {
-    if (line.rfind("VmHWM:", 0) == 0) return 1024.0 * std::stod(line.substr(6));
-  }
-  return 0.0;
-}
 
 struct Outcome {
   bool done = false;
@@ -126,16 +112,7 @@ struct Model {
 
 Model make_model(const Rig& rig, double dx_mm, ElementKind kind, bool free_body) {
   HexMesh mesh = mesh_part(rig, dx_mm * kMetresPerMillimetre, kind);
-  std::vector<ElasticMaterial> materials;
-  for (const std::string& name : mesh.material_names) {
-    const auto at = std::find_if(
-        rig.materials.begin(), rig.materials.end(), [&](const auto& m) { return m.name == name; });
-    ElasticMaterial material;
-    material.youngs_modulus_pa = at->youngs_modulus_pa.value_or(1e9);
-    material.poissons_ratio = at->poissons_ratio;
-    material.density_kg_m3 = at->density_kg_m3;
-    materials.push_back(material);
-  }
+  std::vector<ElasticMaterial> materials = bench::materials_of(rig, mesh);
   FreeDofs free(mesh.num_nodes(), free_body ? std::vector<int>{} : clamped_nodes(mesh, rig));
   Model model{ElasticBody(std::move(mesh), std::move(materials)), std::move(free)};
   fmt::print("dx {} mm: {} {} elements, {} unknowns\n",
@@ -146,7 +123,7 @@ Model make_model(const Rig& rig, double dx_mm, ElementKind kind, bool free_body)
   return model;
 }
 
-Outcome bench(const Rig& rig, double dx_mm, const Settings& settings) {
+Outcome solve_both(const Rig& rig, double dx_mm, const Settings& settings) {
   const Model model =
       make_model(rig, dx_mm, element_kind_from(settings.element), settings.free_body);
   const auto& [body, free] = model;
@@ -190,7 +167,7 @@ int main(int argc, char** argv) {
   needs.part = true;
   const Rig rig = load_rig(settings.rig, needs);
   Outcome finest;
-  for (const double dx_mm : settings.dx_mm) finest = bench(rig, dx_mm, settings);
+  for (const double dx_mm : settings.dx_mm) finest = solve_both(rig, dx_mm, settings);
   Outcome reference;
   for (const double dx_mm : settings.reference_dx_mm) {
     const Model model = make_model(rig, dx_mm, ElementKind::Hex20, settings.free_body);

@@ -4,6 +4,8 @@
 #include "core/error.hpp"
 #include "fem/detail/first_lambda.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,23 +24,24 @@ constexpr double kSufficientDecrease = 1e-4;           // Armijo's constant [-]
 constexpr double kSmallestStepLength = 1.0 / 16384.0;  // of the Newton step [-]
 constexpr double kGapTolerance = 1e-12;  // of the prescribed displacement, relative to it [-]
 constexpr double kLargestShift = 1e12;   // of the mass, over the first eigenvalue's estimate [-]
+constexpr double kOwnPart = 1e-6;        // of a pull, that no other pull holds [-]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundOff = 8.0 * kEpsilon;  // of a sum over the elements at a node [-]
 
 /// Nodal forces and prescribed displacement at some part of the load, free degrees of freedom only.
 struct LoadStep {
-  Eigen::VectorXd force;  // [N]
-  double distance = 0.0;  // that c . u must have [m]
+  Eigen::VectorXd force;      // [N]
+  Eigen::VectorXd distances;  // that Cᵀ u must have [m]
 };
 
 /// What Newton knows at a displacement.
 struct Balance {
-  Eigen::VectorXd gradient;  // internal minus applied force, free [N]
-  double multiplier = 0.0;   // force along the pull [N]
-  double residual = 0.0;     // [N]
-  double scale = 0.0;        // largest force [N]
-  double gap = 0.0;          // prescribed minus present displacement of the point [m]
-  double size = 0.0;         // largest displacement [m]
+  Eigen::VectorXd gradient;     // internal minus applied force, free [N]
+  Eigen::VectorXd multipliers;  // forces along the pulls [N]
+  double residual = 0.0;        // [N]
+  double scale = 0.0;           // largest force [N]
+  Eigen::VectorXd gaps;         // prescribed minus present displacements of the points [m]
+  double size = 0.0;            // largest displacement [m]
   [[nodiscard]] bool finite() const { return std::isfinite(residual); }
 };
 
@@ -64,11 +67,12 @@ class StaticNewton {
  public:
   StaticNewton(const ElasticBody& body,
                const FreeDofs& free,
-               Eigen::VectorXd constraint,
+               Eigen::MatrixXd constraints,
                const StaticOptions& options)
       : m_body(body),
         m_free(free),
-        m_constraint(std::move(constraint)),
+        m_constraints(std::move(constraints)),
+        m_gram(m_constraints.transpose() * m_constraints),
         m_options(options),
         m_solver(make_stiffness_solver(body, free, options.solver)),
         m_signs(free.size()) {
@@ -99,9 +103,9 @@ class StaticNewton {
     state.gradient = m_free.restrict_vector(internal) - load.force;
     Eigen::VectorXd residual = state.gradient;
     if (pulled()) {
-      state.multiplier = m_constraint.dot(state.gradient) / m_constraint.squaredNorm();
-      residual -= state.multiplier * m_constraint;
-      state.gap = load.distance - m_constraint.dot(m_free.restrict_vector(u));
+      state.multipliers = m_gram.solve(m_constraints.transpose() * state.gradient);
+      residual -= m_constraints * state.multipliers;
+      state.gaps = load.distances - m_constraints.transpose() * m_free.restrict_vector(u);
     }
     state.size = u.lpNorm<Eigen::Infinity>();
     state.residual = residual.norm();
@@ -128,10 +132,12 @@ class StaticNewton {
   [[nodiscard]] std::string solver() const { return m_solver->description(); }
 
  private:
-  [[nodiscard]] bool pulled() const { return m_constraint.size() > 0; }
+  [[nodiscard]] bool pulled() const { return m_constraints.size() > 0; }
 
   [[nodiscard]] bool closed(const Balance& state, const LoadStep& load) const {
-    return std::abs(state.gap) <= kGapTolerance * (std::abs(load.distance) + state.size);
+    return ((load.distances.cwiseAbs().array() + state.size) * kGapTolerance >=
+            state.gaps.cwiseAbs().array())
+        .all();
   }
 
   [[nodiscard]] bool balanced(const Balance& state, const LoadStep& load) const {
@@ -148,17 +154,17 @@ class StaticNewton {
 
   /// Sets the Newton step `p`, of K with as much of the mass added as makes it positive definite.
   bool newton_step(const Eigen::VectorXd& u, const Balance& state, Eigen::VectorXd& p) {
-    Eigen::MatrixXd B(m_free.size(), pulled() ? 2 : 1);
+    const Eigen::Index pulls = m_constraints.cols();
+    Eigen::MatrixXd B(m_free.size(), 1 + pulls);
     B.col(0) = state.gradient;
-    if (pulled()) B.col(1) = m_constraint;
+    B.rightCols(pulls) = m_constraints;
     Eigen::MatrixXd X;
     if (!solve_definite(u, B, X) || !X.allFinite()) return false;
     p = -X.col(0);
-    if (pulled()) {
-      const double schur = m_constraint.dot(X.col(1));  // cᵀ K⁻¹ c
-      if (!(schur > 0.0)) return false;
-      p += X.col(1) * ((state.gap - m_constraint.dot(p)) / schur);
-    }
+    if (!pulled()) return true;
+    const Eigen::LLT<Eigen::MatrixXd> schur(m_constraints.transpose() * X.rightCols(pulls));
+    if (schur.info() != Eigen::Success) return false;
+    p += X.rightCols(pulls) * schur.solve(state.gaps - m_constraints.transpose() * p);
     return true;
   }
 
@@ -221,7 +227,8 @@ class StaticNewton {
 
   const ElasticBody& m_body;
   const FreeDofs& m_free;
-  const Eigen::VectorXd m_constraint;  // c, free; empty: nothing is pulled
+  const Eigen::MatrixXd m_constraints;       // C, free, a column for each pull
+  const Eigen::LLT<Eigen::MatrixXd> m_gram;  // Cᵀ C
   const StaticOptions& m_options;
   std::unique_ptr<StiffnessSolver> m_solver;
   Eigen::VectorXd m_signs;      // 1 or -1, of each free degree of freedom
@@ -232,6 +239,12 @@ class StaticNewton {
   std::optional<double> m_last_shift;  // of the mass in the last Newton step [1/s²]
   int m_iterations = 0;
 };
+
+void check_pull(const Eigen::Vector3d& pull) {
+  if (!(pull.norm() > 0.0 && pull.allFinite()))
+    throw InputError(fmt::format(
+        "load.pull is ({}, {}, {}) m, must have a length > 0", pull.x(), pull.y(), pull.z()));
+}
 
 void check_sizes(const ElasticBody& body,
                  const std::vector<int>& held_nodes,
@@ -248,22 +261,29 @@ void check_sizes(const ElasticBody& body,
   if (start.size() != 0 && (start.size() != dofs || !start.allFinite()))
     throw InputError(fmt::format(
         "start has {} entries, must have {} finite ones (or none)", start.size(), dofs));
-  if (load.pulled_point && !(load.pull.norm() > 0.0 && load.pull.allFinite()))
-    throw InputError(fmt::format("load.pull is ({}, {}, {}) m, must have a length > 0",
-                                 load.pull.x(),
-                                 load.pull.y(),
-                                 load.pull.z()));
+  if (load.pulled_point) check_pull(load.pull);
+  for (const PulledPoint& pulled : load.more_pulls) check_pull(pulled.displacement);
 }
 
-Eigen::VectorXd constraint_vector(const ElasticBody& body,
+/// The points that are pulled, in one list.
+std::vector<PulledPoint> all_pulls(const StaticLoad& load) {
+  std::vector<PulledPoint> pulls = load.more_pulls;
+  if (load.pulled_point) pulls.insert(pulls.begin(), {*load.pulled_point, load.pull});
+  return pulls;
+}
+
+/// C, of the free degrees of freedom.
+Eigen::MatrixXd constraint_matrix(const ElasticBody& body,
                                   const FreeDofs& free,
-                                  const StaticLoad& load) {
-  if (!load.pulled_point) return {};
-  const Eigen::VectorXd c =
-      free.restrict_vector(nodal_force(body.mesh(), *load.pulled_point, load.pull.normalized()));
-  if (!(c.norm() > 0.0))
-    throw InputError("load.pulled_point lies among held nodes, must be free to move");
-  return c;
+                                  const std::vector<PulledPoint>& pulls) {
+  Eigen::MatrixXd C(free.size(), static_cast<Eigen::Index>(pulls.size()));
+  for (Eigen::Index i = 0; i < C.cols(); ++i) {
+    const PulledPoint& pull = pulls[static_cast<std::size_t>(i)];
+    C.col(i) =
+        free.restrict_vector(nodal_force(body.mesh(), pull.point, pull.displacement.normalized()));
+  }
+  check_pulls(C);
+  return C;
 }
 
 }  // namespace
@@ -276,6 +296,23 @@ void StaticOptions::check() const {
         fmt::format("max_newton_iterations is {}, must be >= 1", max_newton_iterations));
   if (load_steps < 1) throw InputError(fmt::format("load_steps is {}, must be >= 1", load_steps));
   solver.check();
+}
+
+void check_pulls(const Eigen::MatrixXd& C) {
+  for (Eigen::Index i = 0; i < C.cols(); ++i) {
+    if (!(C.col(i).norm() > 0.0))
+      throw InputError(
+          fmt::format("pulled point {} lies among held nodes, must be free to move", i + 1));
+    if (i == 0) continue;
+    // Least squares by the columns before: what is left is this pull's own.
+    const Eigen::MatrixXd before = C.leftCols(i);
+    const Eigen::VectorXd rest = C.col(i) - before * before.colPivHouseholderQr().solve(C.col(i));
+    if (!(rest.norm() > kOwnPart * C.col(i).norm()))
+      throw InputError(fmt::format(
+          "pulled point {} is held along its direction already by those before it, must be free to "
+          "move",
+          i + 1));
+  }
 }
 
 Eigen::VectorXd nodal_force(const HexMesh& mesh,
@@ -295,15 +332,15 @@ StaticResult solve_static(const ElasticBody& body,
   options.check();
   check_sizes(body, held_nodes, load, start);
   const FreeDofs free(body.mesh().num_nodes(), held_nodes);
-  const Eigen::VectorXd c = constraint_vector(body, free, load);
-  const bool pulled = c.size() > 0;
+  const std::vector<PulledPoint> pulls = all_pulls(load);
+  const Eigen::MatrixXd C = constraint_matrix(body, free, pulls);
   const Eigen::VectorXd full_force =
       load.force.size() != 0 ? load.force : Eigen::VectorXd::Zero(body.mesh().num_dofs()).eval();
 
   StaticResult result;
   result.u = start.size() != 0 ? start : Eigen::VectorXd::Zero(body.mesh().num_dofs()).eval();
   LoadStep first{free.restrict_vector(body.internal_force(result.u)),
-                 pulled ? c.dot(free.restrict_vector(result.u)) : 0.0};
+                 C.transpose() * free.restrict_vector(result.u)};
   if (!first.force.allFinite()) {
     result.termination = Termination::NumericalFailure;
     result.message =
@@ -311,16 +348,18 @@ StaticResult solve_static(const ElasticBody& body,
         "collapse";
     return result;
   }
-  const LoadStep last{free.restrict_vector(full_force), pulled ? load.pull.norm() : 0.0};
+  LoadStep last{free.restrict_vector(full_force), Eigen::VectorXd(C.cols())};
+  for (Eigen::Index i = 0; i < C.cols(); ++i)
+    last.distances[i] = pulls[static_cast<std::size_t>(i)].displacement.norm();
 
-  StaticNewton newton(body, free, c, options);
+  StaticNewton newton(body, free, C, options);
   double done = 0.0;
   double part = 1.0 / options.load_steps;
   NewtonEnd end = NewtonEnd::Balanced;
   while (done < 1.0 && part >= kSmallestLoadStep) {
     const double next = done + part > 1.0 - kSmallestLoadStep ? 1.0 : done + part;
     const LoadStep step{first.force + next * (last.force - first.force),
-                        first.distance + next * (last.distance - first.distance)};
+                        first.distances + next * (last.distances - first.distances)};
     Eigen::VectorXd u = result.u;
     end = newton.balance(step, done, u);
     if (end == NewtonEnd::Balanced) {
@@ -333,7 +372,8 @@ StaticResult solve_static(const ElasticBody& body,
   }
   const Balance state = newton.evaluate(last, result.u);
   result.reaction = body.internal_force(result.u) - full_force;
-  result.pull_force_n = state.multiplier;
+  result.pull_forces_n.assign(state.multipliers.begin(), state.multipliers.end());
+  if (C.cols() > 0) result.pull_force_n = state.multipliers[0];
   result.residual = state.scale > 0.0 ? state.residual / state.scale : 0.0;
   result.load_fraction = done;
   result.newton_iterations = newton.iterations();

@@ -14,13 +14,19 @@
 
 namespace twang {
 
-/// A load on a body: dead forces, and at most one point whose displacement is prescribed along a
-/// direction, free across it.
+/// A point whose displacement is prescribed along a direction, free across it.
+struct PulledPoint {
+  MeshPoint point;
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< direction and length [m]
+};
+
+/// A load on a body: dead forces, and points whose displacements are prescribed.
 struct StaticLoad {
-  Eigen::VectorXd force;  ///< (3 num_nodes) [N]; empty: none
-  std::optional<MeshPoint> pulled_point;
+  Eigen::VectorXd force;                  ///< (3 num_nodes) [N]; empty: none
+  std::optional<MeshPoint> pulled_point;  ///< one of these
   Eigen::Vector3d pull =
       Eigen::Vector3d::Zero();  ///< displacement of that point: direction and length [m]
+  std::vector<PulledPoint> more_pulls = {};  ///< further ones
 };
 
 /// The nodal forces (3 num_nodes) that a force `force_n` at `point` amounts to, by the shape
@@ -28,6 +34,10 @@ struct StaticLoad {
 [[nodiscard]] Eigen::VectorXd nodal_force(const HexMesh& mesh,
                                           const MeshPoint& point,
                                           const Eigen::Vector3d& force_n);
+
+/// @param C  (dofs x k), of each pulled point `nodal_force` of its direction, 0 at held nodes
+/// @throws InputError if a pulled point lies among held nodes, or those before hold it already
+void check_pulls(const Eigen::MatrixXd& C);
 
 struct StaticOptions {
   double tolerance = 1e-9;  ///< of the residual, relative to the largest internal force met [-]
@@ -42,7 +52,7 @@ struct StaticResult {
   Eigen::VectorXd u;  ///< (3 num_nodes) [m]; of the last load that was balanced if not usable()
   Eigen::VectorXd
       reaction;  ///< internal minus applied force; not zero at held nodes and the pulled point [N]
-  double pull_force_n = 0.0;   ///< that the pulled point carries along `pull` [N]
+  double pull_force_n = 0.0;   ///< that the first pulled point carries along its pull [N]
   double load_fraction = 0.0;  ///< part of the load that was balanced, 1 if usable() [-]
   double residual = 0.0;       ///< relative, as the tolerance is [-]
   int newton_iterations = 0;   ///< of all load steps, failed ones included
@@ -55,6 +65,7 @@ struct StaticResult {
   /// elements buckle at the slightest push, and the message says so. A pulled point is not asked:
   /// it can hold a part that would buckle under dead forces.
   bool stable = true;
+  std::vector<double> pull_forces_n = {};  ///< of `pulled_point`, then of `more_pulls` [N]
   [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
 };
 
@@ -63,18 +74,19 @@ struct StaticResult {
 ///
 ///     minimize  W(u) - f . u   subject to   c . u = |pull|,   c = sum_i N_i(point) pull / |pull|
 ///
-/// The constraint is kept exactly, by its Lagrange multiplier (the force that `pull_force_n`
-/// reports): each Newton step solves K for two right-hand sides and takes the Schur complement.
-/// Load and constraint grow from those of `start` (whatever holds it in place) in `load_steps`
-/// parts; a part that fails is halved. Where K is indefinite the mass is added, times a shift that
-/// grows until the sum is definite, so that what is found is a minimum. Residuals below the
-/// round-off of the internal force count as zero.
+/// The constraints, one for each pull, are kept exactly, by their Lagrange multipliers (the forces
+/// that `pull_forces_n` reports): each Newton step solves K for a right-hand side more than there
+/// are pulls and takes the Schur complement. Load and constraints grow from those of `start`
+/// (whatever holds it in place) in `load_steps` parts; a part that fails is halved. Where K is
+/// indefinite the mass is added, times a shift that grows until the sum is definite, so that what
+/// is found is a minimum. Residuals below the round-off of the internal force count as zero.
 ///
 /// A body whose factor would be too large is balanced without any matrix, the linear systems being
 /// solved by multigrid (`StaticOptions::solver`).
 ///
 /// @param start  displacement to start from; empty: undeformed
-/// @throws InputError if no node is held, sizes disagree, or a point is pulled by nothing
+/// @throws InputError if no node is held, sizes disagree, a point is pulled by nothing, or two
+/// pulls hold the same
 /// @throws Cancelled
 [[nodiscard]] StaticResult solve_static(const ElasticBody& body,
                                         const std::vector<int>& held_nodes,

@@ -3,10 +3,12 @@
 
 #include "core/constants.hpp"
 #include "core/error.hpp"
+#include "fem/static_solve.hpp"
 #include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/state_stream.hpp"
 #include "simulate/detail/step_schemes.hpp"
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <array>
@@ -74,8 +76,14 @@ struct Integrator::Impl {
   }
 
   void check(const BodyState& state) const;
-  StepReport advance(BodyState& state, double h, const Eigen::Vector3d& base_end, int halvings);
-  StepReport take(BodyState& state, double h, const Eigen::Vector3d& base_end);
+  /// Velocities at the end of a step, of what is not free.
+  struct Ends {
+    Eigen::Vector3d base;    // of the held nodes [m/s]
+    Eigen::VectorXd points;  // of the held points [m/s]
+  };
+  StepReport advance(BodyState& state, double h, const Ends& ends, int halvings);
+  StepReport take(BodyState& state, double h, const Ends& ends);
+  void constrain(const StepEquation& equation, const Ends& ends, Eigen::VectorXd& guess) const;
   [[nodiscard]] StepWork work_of(const BodyState& before,
                                  const BodyState& after,
                                  const Eigen::VectorXd& damping_force_after,
@@ -91,8 +99,11 @@ struct Integrator::Impl {
   Eigen::VectorXd last_resisting_force;  // there [N]
   Eigen::VectorXd last_damping_force;    // there, held nodes included [N]
   detail::StepHistory history;
-  Eigen::Vector3d base_velocity = Eigen::Vector3d::Zero();       // at the state's time [m/s]
-  Eigen::Vector3d next_base_velocity = Eigen::Vector3d::Zero();  // a step later [m/s]
+  Ends now = {Eigen::Vector3d::Zero(), {}};   // at the state's time
+  Ends next = {Eigen::Vector3d::Zero(), {}};  // a step later
+  Eigen::MatrixXd points;                     // c of each held point, held nodes included
+  Eigen::MatrixXd free_points;                // held nodes left out
+  Eigen::LLT<Eigen::MatrixXd> gram;           // free_pointsᵀ free_points
 };
 
 void Integrator::Impl::check(const BodyState& state) const {
@@ -103,13 +114,13 @@ void Integrator::Impl::check(const BodyState& state) const {
                                  state.v.size(),
                                  dofs));
   for (const int node : held_nodes)
-    if (state.v.segment<3>(3 * node) != base_velocity)
+    if (state.v.segment<3>(3 * node) != now.base)
       throw InputError(fmt::format("held node {} moves at {} m/s, must {}",
                                    node,
                                    state.v.segment<3>(3 * node).norm(),
-                                   base_velocity.isZero(0.0)
+                                   now.base.isZero(0.0)
                                        ? std::string("be at rest")
-                                       : fmt::format("move at {} m/s", base_velocity.norm())));
+                                       : fmt::format("move at {} m/s", now.base.norm())));
 }
 
 /// Work over a step. With Δu = (u1 - u0):
@@ -117,6 +128,7 @@ void Integrator::Impl::check(const BodyState& state) const {
 ///     load     Δu . f_ext
 ///     damping  Δu . (D0 v0 + D1 v1) / 2,  or Δu . D1 v1
 ///     base     Δu . (M (v1 - v0) / h + what resists, weighed likewise, - f_ext), held nodes alone
+///     points   c . Δu times what the same force is along c, held points alone
 ///
 /// With these the trapezoidal rule's balance of a linear body's energy is exact.
 StepWork Integrator::Impl::work_of(const BodyState& before,
@@ -133,16 +145,32 @@ StepWork Integrator::Impl::work_of(const BodyState& before,
   bool base_moves = false;
   for (const int node : held_nodes)
     base_moves = base_moves || du.segment<3>(3 * node) != Eigen::Vector3d::Zero();
-  if (!base_moves) return work;
+  const Eigen::VectorXd points_moved = points.transpose() * du;
+  const bool points_move = !now.points.isZero(0.0) || !next.points.isZero(0.0);
+  if (!base_moves && !points_move) return work;
   const Eigen::VectorXd balance =
       body.mass() * (after.v - before.v) / h + start_weight * body.internal_force(before.u) +
       (1.0 - start_weight) * body.internal_force(after.u) + damping - external_force;
   for (const int node : held_nodes)
     work.base_j += du.segment<3>(3 * node).dot(balance.segment<3>(3 * node));
+  if (points_move) work.points_j = points_moved.dot(gram.solve(free_points.transpose() * balance));
   return work;
 }
 
-StepReport Integrator::Impl::take(BodyState& state, double h, const Eigen::Vector3d& base_end) {
+/// Brings what is not free in an increment to where it must be at the end of the step.
+void Integrator::Impl::constrain(const StepEquation& equation,
+                                 const Ends& ends,
+                                 Eigen::VectorXd& guess) const {
+  for (const int node : held_nodes)
+    guess.segment<3>(3 * node) =
+        (ends.base - equation.v_offset.segment<3>(3 * node)) / equation.gamma_per_s;
+  if (points.cols() == 0) return;
+  const Eigen::VectorXd moved =
+      (ends.points - points.transpose() * equation.v_offset) / equation.gamma_per_s;
+  guess += free_points * gram.solve(moved - points.transpose() * guess);
+}
+
+StepReport Integrator::Impl::take(BodyState& state, double h, const Ends& ends) {
   const bool continued = last.u.size() != 0 && state.u == last.u && state.v == last.v;
   if (!continued) {
     history = {};
@@ -154,41 +182,35 @@ StepReport Integrator::Impl::take(BodyState& state, double h, const Eigen::Vecto
   const bool linearized = options.scheme == Scheme::LinearlyImplicitNewmark;
   auto guesses = linearized ? std::vector<Eigen::VectorXd>{h * state.v}
                             : detail::guess_increments(state, history, h);
-  for (Eigen::VectorXd& guess : guesses)
-    for (const int node : held_nodes)
-      guess.segment<3>(3 * node) =
-          (base_end - equation.v_offset.segment<3>(3 * node)) / equation.gamma_per_s;
+  for (Eigen::VectorXd& guess : guesses) constrain(equation, ends, guess);
   StepSolution solution = linearized ? newton.solve_linearized(equation, guesses.front())
                                      : newton.solve(equation, guesses);
   StepReport& report = solution.report;
   if (report.termination != Termination::Converged) return report;
 
-  BodyState next;
-  next.u = state.u + solution.delta;
-  next.v = equation.gamma_per_s * solution.delta + equation.v_offset;
-  for (const int node : held_nodes) next.v.segment<3>(3 * node) = base_end;
-  next.time_s = state.time_s + h;
-  Eigen::VectorXd damping_force = newton.damping_force(next.u, next.v);
-  report.work = work_of(state, next, damping_force, h);
-  detail::remember(history, std::move(solution.delta), next.v - state.v, h);
+  BodyState end;
+  end.u = state.u + solution.delta;
+  end.v = equation.gamma_per_s * solution.delta + equation.v_offset;
+  for (const int node : held_nodes) end.v.segment<3>(3 * node) = ends.base;
+  end.time_s = state.time_s + h;
+  Eigen::VectorXd damping_force = newton.damping_force(end.u, end.v);
+  report.work = work_of(state, end, damping_force, h);
+  detail::remember(history, std::move(solution.delta), end.v - state.v, h);
   last_resisting_force = std::move(solution.resisting_force);
   last_damping_force = std::move(damping_force);
-  last = next;
-  base_velocity = base_end;
-  state = std::move(next);
+  last = end;
+  now = ends;
+  state = std::move(end);
   return report;
 }
 
-StepReport Integrator::Impl::advance(BodyState& state,
-                                     double h,
-                                     const Eigen::Vector3d& base_end,
-                                     int halvings) {
-  StepReport report = take(state, h, base_end);
+StepReport Integrator::Impl::advance(BodyState& state, double h, const Ends& ends, int halvings) {
+  StepReport report = take(state, h, ends);
   if (report.termination == Termination::Converged || halvings == 0) return report;
-  const Eigen::Vector3d base_middle = 0.5 * (base_velocity + base_end);
+  const Ends middle = {0.5 * (now.base + ends.base), 0.5 * (now.points + ends.points)};
   report.substeps = 0;
-  for (const Eigen::Vector3d& base : {base_middle, base_end}) {
-    const StepReport half = advance(state, 0.5 * h, base, halvings - 1);
+  for (const Ends* end : {&middle, &ends}) {
+    const StepReport half = advance(state, 0.5 * h, *end, halvings - 1);
     report.newton_iterations += half.newton_iterations;
     report.linear_iterations += half.linear_iterations;
     report.factorizations += half.factorizations;
@@ -222,22 +244,48 @@ void Integrator::set_external_force(Eigen::VectorXd external_force) {
 }
 
 void Integrator::set_base_velocity(const Eigen::Vector3d& velocity_m_s) {
-  m_impl->next_base_velocity = velocity_m_s;
+  m_impl->next.base = velocity_m_s;
+}
+
+void Integrator::hold_points(const std::vector<HeldPoint>& points) {
+  Impl& impl = *m_impl;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  impl.points.resize(impl.body.mesh().num_dofs(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const HeldPoint& held = points[static_cast<std::size_t>(i)];
+    impl.points.col(i) = nodal_force(impl.body.mesh(), held.point, held.direction.normalized());
+  }
+  impl.free_points = impl.points;
+  for (const int node : impl.held_nodes) impl.free_points.middleRows<3>(3 * node).setZero();
+  check_pulls(impl.free_points);
+  impl.gram.compute(impl.free_points.transpose() * impl.free_points);
+  impl.now.points = impl.next.points = Eigen::VectorXd::Zero(count);
+  impl.newton.hold(impl.free_points);
+}
+
+void Integrator::set_point_velocities(const Eigen::VectorXd& velocities_m_s) {
+  if (velocities_m_s.size() != m_impl->points.cols() || !velocities_m_s.allFinite())
+    throw InputError(
+        fmt::format("velocities_m_s has {} entries, must have a finite one for each of "
+                    "{} held points",
+                    velocities_m_s.size(),
+                    m_impl->points.cols()));
+  m_impl->next.points = velocities_m_s;
 }
 
 StepReport Integrator::step(BodyState& state) {
   Impl& impl = *m_impl;
   impl.check(state);
   const BodyState before = state;
-  const Eigen::Vector3d base_before = impl.base_velocity;
+  const Impl::Ends ends_before = impl.now;
   StepReport report =
-      impl.advance(state, impl.options.step_s, impl.next_base_velocity, impl.options.max_halvings);
+      impl.advance(state, impl.options.step_s, impl.next, impl.options.max_halvings);
   if (report.termination == Termination::Converged) {
     state.time_s = before.time_s + impl.options.step_s;
     return report;
   }
   state = before;
-  impl.base_velocity = base_before;
+  impl.now = ends_before;
   return report;
 }
 
@@ -253,8 +301,9 @@ void Integrator::save(detail::StateWriter& writer) const {
   writer.write(impl.last.v);
   writer.write(impl.last_resisting_force);
   writer.write(impl.last_damping_force);
-  writer.write(Eigen::VectorXd(impl.base_velocity));
-  writer.write(Eigen::VectorXd(impl.next_base_velocity));
+  writer.write(Eigen::VectorXd(impl.now.base));
+  writer.write(Eigen::VectorXd(impl.next.base));
+  writer.write(impl.now.points);
   writer.write(impl.history.step_s);
   writer.write_flag(impl.history.velocity_increment.size() != 0);
   if (impl.history.velocity_increment.size() != 0) writer.write(impl.history.velocity_increment);
@@ -274,8 +323,9 @@ void Integrator::restore(detail::StateReader& reader) {
   impl.last.v = reader.read_vector(dofs);
   impl.last_resisting_force = reader.read_vector(dofs);
   impl.last_damping_force = reader.read_vector(dofs);
-  impl.base_velocity = reader.read_vector(3);
-  impl.next_base_velocity = reader.read_vector(3);
+  impl.now.base = reader.read_vector(3);
+  impl.next.base = reader.read_vector(3);
+  impl.now.points = reader.read_vector(impl.points.cols());
   impl.history.step_s = reader.read_number();
   if (reader.read_flag()) impl.history.velocity_increment = reader.read_vector(dofs);
   const std::int64_t count = reader.read_count();

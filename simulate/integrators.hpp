@@ -23,6 +23,12 @@ struct BodyState {
   double time_s = 0.0;  ///< [s]
 };
 
+/// A point that is moved along a direction, and free across it.
+struct HeldPoint {
+  MeshPoint point;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< its length plays no role
+};
+
 /// How a step goes from t0 to t1 = t0 + h; F = f_ext - f_int(u) - D(u) v, D(u) = a M + b K(u).
 ///
 ///     Newmark                   trapezoidal [paper, eqs. (1)-(3)]:
@@ -78,6 +84,15 @@ class Integrator {
   /// at rest until this is called [m/s].
   void set_base_velocity(const Eigen::Vector3d& velocity_m_s);
 
+  /// Holds points from the next step on, in place of those held before; none: they are free. Each
+  /// stays where it is along its direction until `set_point_velocities` moves it.
+  /// @throws InputError if a point lies among held nodes, or the others hold it already
+  void hold_points(const std::vector<HeldPoint>& points);
+  /// The held points' velocities along their directions at the end of the next step, to which they
+  /// are brought in this one [m/s].
+  /// @throws InputError unless there is one for each
+  void set_point_velocities(const Eigen::VectorXd& velocities_m_s);
+
   /// Advances `state` by one step; on failure it is left as it was.
   /// @throws InputError if its sizes disagree with the body or a held node does not move as the
   /// base
@@ -86,8 +101,8 @@ class Integrator {
   /// How linear equations are solved, in a few words.
   [[nodiscard]] std::string solver() const;
 
-  /// What is carried from step to step beside the state, so that another integrator of the same
-  /// body and options goes on bit by bit as this one would.
+  /// What is carried from step to step beside the state and the held points, so that another
+  /// integrator of the same body and options goes on bit by bit as this one would.
   void save(detail::StateWriter& writer) const;
   /// @throws InputError if what is read does not belong to this body
   void restore(detail::StateReader& reader);

@@ -7,6 +7,7 @@
 #include "simulate/detail/stale_factor.hpp"
 #include "simulate/detail/state_stream.hpp"
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +28,9 @@ constexpr int kMaxLinearIterations = 60;              // before a new factor is 
 constexpr double kFirstForcing = 0.005;               // accuracy of the first linear solve [-]
 constexpr double kLargestForcing = 0.3;               // of any
 constexpr double kForcingMargin = 0.3;  // of the reduction that would just reach the tolerance [-]
-constexpr double kScaleMemory = 0.99;   // of the largest force met, a step [-]
+constexpr int kMostMended = 3;          // steps that may mend what a Newton step spoils
+constexpr double kMendingAccuracy = 1e-3;  // of their linear solves [-]
+constexpr double kScaleMemory = 0.99;      // of the largest force met, a step [-]
 constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
 
 /// Adds the wall time it lives to a phase.
@@ -59,6 +62,7 @@ StepWork& StepWork::operator+=(const StepWork& other) {
   load_j += other.load_j;
   base_j += other.base_j;
   damping_j += other.damping_j;
+  points_j += other.points_j;
   return *this;
 }
 
@@ -87,7 +91,7 @@ struct StepNewton::Impl {
     const Eigen::VectorXd inertia =
         equation.mu_per_s2 * damped.mass_product(delta - equation.delta_free);
     trial.resisting = damped.resisting_force(trial.u, trial.v);
-    trial.residual = inertia + trial.resisting - equation.load;
+    trial.residual = off_points(inertia + trial.resisting - equation.load);
     trial.norm = trial.residual.norm();
     trial.scale = std::max({inertia.norm(), trial.resisting.norm(), equation.load.norm()});
     trial.delta = std::move(delta);
@@ -112,27 +116,66 @@ struct StepNewton::Impl {
     at.v = trial.v;
     at.mu_per_s2 = equation.mu_per_s2;
     at.gamma_per_s = equation.gamma_per_s;
+    at.differences = damped.stiff_in_volume();
     return at;
   }
 
   [[nodiscard]] bool renew(const DampedBody::Linearization& at, StepReport& report) {
     const PhaseTimer timer(phases.factorization_s);
     ++report.factorizations;
-    return factor.renew(at);
+    const bool ready = factor.renew(at);
+    if (ready) respond_to_points();
+    return ready;
   }
 
+  void follow(const Eigen::VectorXd& u) {
+    factor.follow(u);
+    respond_to_points();
+  }
+
+  /// What the preconditioner makes of forces on the held points.
+  void respond_to_points() {
+    if (C.cols() == 0) return;
+    const PhaseTimer timer(phases.preconditioner_s);
+    PC.resize(C.rows(), C.cols());
+    for (Eigen::Index i = 0; i < C.cols(); ++i) PC.col(i) = factor.apply(C.col(i));
+    schur.compute(C.transpose() * PC);
+  }
+
+  /// A force without what the held points carry, (1 - C (Cᵀ C)⁻¹ Cᵀ) r.
+  [[nodiscard]] Eigen::VectorXd off_points(Eigen::VectorXd r) const {
+    if (C.cols() > 0) r -= C * gram.solve(C.transpose() * r);
+    return r;
+  }
+
+  /// P⁻¹ r, along which held points stay where they are.
   [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& r) const {
     const PhaseTimer timer(phases.preconditioner_s);
-    return factor.apply(r);
+    if (C.cols() == 0) return factor.apply(r);
+    Eigen::VectorXd z = factor.apply(off_points(r));
+    z -= PC * schur.solve(C.transpose() * z);
+    return z;
+  }
+
+  [[nodiscard]] Eigen::VectorXd product(const DampedBody::Linearization& at,
+                                        const Eigen::VectorXd& w) const {
+    const PhaseTimer timer(phases.products_s);
+    return off_points(damped.step_product(at, w));
   }
 
   /// One Newton iteration; false and a sentence in the report if it cannot go on.
   bool iterate(
       const StepEquation& equation, double forcing, double goal, Trial& trial, StepReport& report);
-  bool search_line(const StepEquation& equation,
-                   const Eigen::VectorXd& direction,
-                   double goal,
-                   Trial& trial) const;
+  [[nodiscard]] static double merit_of(const Trial& trial);
+  /// Whether a trial is at the goal or its merit at most so large.
+  [[nodiscard]] bool good_enough(Trial& there, double merit, double goal) const;
+  /// Goes along a Newton step as far as that lowers the merit; false if it does nowhere.
+  bool go_along(const StepEquation& equation,
+                DampedBody::Linearization at,
+                const Eigen::VectorXd& direction,
+                double goal,
+                Trial& trial,
+                StepReport& report) const;
   /// The whole Newton step to a relative accuracy; empty, with a sentence in the report, if it
   /// cannot be had.
   [[nodiscard]] Eigen::VectorXd linear_step(const StepEquation& equation,
@@ -142,30 +185,62 @@ struct StepNewton::Impl {
 
   DampedBody damped;
   StaleFactor factor;
+  Eigen::MatrixXd C;                   // of held points, (3 num_nodes x k)
+  Eigen::LLT<Eigen::MatrixXd> gram;    // Cᵀ C
+  Eigen::MatrixXd PC;                  // P⁻¹ C
+  Eigen::LDLT<Eigen::MatrixXd> schur;  // Cᵀ P⁻¹ C
   NewtonOptions options;
   double force_scale = 0.0;       // largest force met, slowly forgotten [N]
   double linear_reduction = 0.0;  // of the last linear solve [-]
   mutable StepPhases phases;      // of the step being solved
 };
 
-bool StepNewton::Impl::search_line(const StepEquation& equation,
-                                   const Eigen::VectorXd& direction,
-                                   double goal,
-                                   Trial& trial) const {
-  const double merit = std::sqrt(trial.residual.dot(trial.preconditioned));
-  for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
-    Trial there = evaluate(equation, trial.delta + step * direction);
-    if (!there.finite()) continue;
-    if (there.norm <= goal) {
+double StepNewton::Impl::merit_of(const Trial& trial) {
+  return std::sqrt(trial.residual.dot(trial.preconditioned));
+}
+
+bool StepNewton::Impl::good_enough(Trial& there, double merit, double goal) const {
+  if (!there.finite()) return false;
+  if (there.norm <= goal) return true;
+  there.preconditioned = precondition(there.residual);
+  return merit_of(there) <= merit;
+}
+
+bool StepNewton::Impl::go_along(const StepEquation& equation,
+                                DampedBody::Linearization at,
+                                const Eigen::VectorXd& direction,
+                                double goal,
+                                Trial& trial,
+                                StepReport& report) const {
+  const double merit = merit_of(trial);
+  const double lower = (1.0 - kSufficientDecrease) * merit;
+  Trial there = evaluate(equation, trial.delta + direction);
+  // Volume changes by the square of a step; where that is stiff, the next step mends it, and only
+  // both together are better than none [Maratos 1978; watchdog, Chamberlain et al. 1982].
+  for (int mended = 0;; ++mended) {
+    if (good_enough(there, lower, goal)) {
       trial = std::move(there);
       return true;
     }
-    there.preconditioned = precondition(there.residual);
-    const double value = std::sqrt(there.residual.dot(there.preconditioned));
-    if (value <= (1.0 - kSufficientDecrease * step) * merit) {
-      trial = std::move(there);
-      return true;
-    }
+    if (!there.finite() || mended == kMostMended) break;
+    at.u = there.u;
+    at.v = there.v;
+    const auto linear =
+        detail::minimal_residual([&](const Eigen::VectorXd& w) { return product(at, w); },
+                                 [this](const Eigen::VectorXd& r) { return precondition(r); },
+                                 there.residual,
+                                 there.preconditioned,
+                                 kMendingAccuracy,
+                                 kMaxLinearIterations);
+    report.linear_iterations += linear.iterations;
+    if (!linear.finite || !linear.converged) break;
+    there = evaluate(equation, there.delta - linear.x);
+  }
+  for (double step = 0.5; step >= kSmallestStepLength; step *= 0.5) {
+    there = evaluate(equation, trial.delta + step * direction);
+    if (!good_enough(there, (1.0 - kSufficientDecrease * step) * merit, goal)) continue;
+    trial = std::move(there);
+    return true;
   }
   return false;
 }
@@ -185,13 +260,10 @@ bool StepNewton::Impl::iterate(
   const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
-      if (!fresh) factor.follow(trial.u);
+      if (!fresh) follow(trial.u);
       trial.preconditioned = precondition(trial.residual);
     }
-    const auto jacobian = [&](const Eigen::VectorXd& w) {
-      const PhaseTimer timer(phases.products_s);
-      return damped.step_product(at, w);
-    };
+    const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
@@ -201,7 +273,8 @@ bool StepNewton::Impl::iterate(
     report.linear_iterations += linear.iterations;
     linear_reduction = linear.relative_residual;
     const bool sound = linear.finite && linear.iterations > 0;
-    if (sound && (linear.converged || fresh) && search_line(equation, -linear.x, goal, trial))
+    if (sound && (linear.converged || fresh) &&
+        go_along(equation, at, -linear.x, goal, trial, report))
       return true;
     if (fresh || !linear.finite) {  // u + v / gamma is too far ahead, perhaps inside out
       if (at.differences) {
@@ -225,10 +298,7 @@ Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
                                               Trial& trial,
                                               StepReport& report) {
   const DampedBody::Linearization at = linearize(equation, trial);
-  const auto jacobian = [&](const Eigen::VectorXd& w) {
-    const PhaseTimer timer(phases.products_s);
-    return damped.step_product(at, w);
-  };
+  const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
   const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
   bool fresh = !factor.fits(at) || factor.worn();
   for (;;) {
@@ -236,7 +306,7 @@ Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
       report.message = "the matrix of the step could not be factorized";
       return {};
     }
-    if (!fresh) factor.follow(trial.u);
+    if (!fresh) follow(trial.u);
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
@@ -260,6 +330,11 @@ StepNewton::StepNewton(const ElasticBody& body,
 StepNewton::~StepNewton() = default;
 StepNewton::StepNewton(StepNewton&&) noexcept = default;
 StepNewton& StepNewton::operator=(StepNewton&&) noexcept = default;
+
+void StepNewton::hold(Eigen::MatrixXd C) {
+  m_impl->C = std::move(C);
+  m_impl->gram.compute(m_impl->C.transpose() * m_impl->C);
+}
 
 Eigen::VectorXd StepNewton::mass_product(const Eigen::VectorXd& w) const {
   return m_impl->damped.mass_product(w);
@@ -317,7 +392,14 @@ StepSolution StepNewton::solve(const StepEquation& equation,
   }
   impl.factor.count_step(report.linear_iterations);
   report.phases = impl.phases;
-  if (report.termination != Termination::Converged) return solution;
+  if (report.termination != Termination::Converged) {
+    if (impl.damped.stiff_in_volume())
+      report.message +=
+          " (with a Poisson's ratio so near 1/2, K of a strongly bent body is indefinite and "
+          "damping "
+          "by b K feeds it; a lower ratio or b = 0 may do)";
+    return solution;
+  }
   impl.force_scale = scale;
   solution.delta = std::move(trial.delta);
   solution.resisting_force = std::move(trial.resisting);

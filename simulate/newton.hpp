@@ -49,6 +49,7 @@ struct StepWork {
   double load_j = 0.0;     ///< of the dead load on the body
   double base_j = 0.0;     ///< of the moving base on the body
   double damping_j = 0.0;  ///< taken out by D
+  double points_j = 0.0;   ///< of what moves held points on the body
   StepWork& operator+=(const StepWork& other);
 };
 
@@ -93,6 +94,10 @@ class StepNewton {
   ~StepNewton();
   StepNewton(StepNewton&&) noexcept;
   StepNewton& operator=(StepNewton&&) noexcept;
+
+  /// Holds points along directions, (3 num_nodes x k), a column c each, 0 at held nodes: increments
+  /// keep c . δ as the guesses have it, and the residual is free along c. No columns: none.
+  void hold(Eigen::MatrixXd C);
 
   /// M w.
   [[nodiscard]] Eigen::VectorXd mass_product(const Eigen::VectorXd& w) const;

@@ -42,10 +42,13 @@ struct SceneBody {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of the centre of mass
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();    ///< about the centre of mass, world
   std::string key;                                         ///< "scene.toml:7: body.1"
+  /// Of linear equations; Automatic: a factor as long as it can be held, else multigrid.
+  StiffnessSolverKind solver = StiffnessSolverKind::Automatic;
 };
 
-/// A press or pull before t = 0, in the frame of the body's rig: exactly one of displacement and
-/// force.
+/// A press or pull, in the frame of the body's rig: exactly one of displacement and force. It is
+/// there at t = 0, in equilibrium, or grows smoothly from there; what is displaced is held where
+/// it is along that direction until the release.
 struct SceneLoad {
   std::size_t body = 0;                          ///< index
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
@@ -53,6 +56,7 @@ struct SceneLoad {
   std::optional<Eigen::Vector3d> force;          ///< [N]
   double release_s = 0.0;                        ///< [s]
   std::string key;                               ///< "scene.toml:30: load.1"
+  double ramp_s = 0.0;                           ///< in which it grows from t = 0; 0: there [s]
 };
 
 /// A point whose path is written.

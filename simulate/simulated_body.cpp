@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "simulate/simulated_body.hpp"
 
+#include "core/constants.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "fem/multigrid_preconditioner.hpp"
 #include "fem/static_solve.hpp"
 #include "simulate/base_motion.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
 #include "simulate/detail/scene_material.hpp"
 #include "simulate/detail/state_stream.hpp"
-#include "simulate/static_newton.hpp"
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 namespace twang {
@@ -20,11 +20,24 @@ namespace {
 
 constexpr double kReleaseSlack = 1e-9;  // of a step, round-off of a product [-]
 
-/// A load and the nodal force that stands for it until it is let go.
-struct HeldLoad {
+/// A load, where it takes hold, and what it comes to.
+struct AppliedLoad {
   SceneLoad load;
   MeshPoint point;
-  Eigen::VectorXd force;
+  Eigen::VectorXd force;      // of a force_n, the whole of it, else empty [N]
+  double distance_m = 0.0;    // of a displacement, that is gone while it grows [m]
+  double force_then_n = 0.0;  // that held the point at t = 0 [N]
+
+  /// Part of a growing load that is there, and its derivative [1/s]; no jump in either.
+  [[nodiscard]] double grown(double time_s) const {
+    if (time_s >= load.ramp_s) return 1.0;
+    const double angle = 2.0 * kPi * time_s / load.ramp_s;
+    return (angle - std::sin(angle)) / (2.0 * kPi);
+  }
+  [[nodiscard]] double growth_per_s(double time_s) const {
+    if (time_s >= load.ramp_s) return 0.0;
+    return (1.0 - std::cos(2.0 * kPi * time_s / load.ramp_s)) / load.ramp_s;
+  }
 };
 
 HexMesh mesh_of(const SceneBody& body) {
@@ -38,7 +51,11 @@ HexMesh mesh_of(const SceneBody& body) {
 struct SimulatedBody::Impl {
   Impl(const Scene& scene, const SceneBody& scene_body, const HexMesh& mesh);
 
+  [[nodiscard]] bool holds(const AppliedLoad& load, double time_s) const;
   [[nodiscard]] Eigen::VectorXd load_force(double time_s) const;
+  void check_held_points() const;
+  void apply_loads(int index);
+  void hold_points(double time_s);
   void start_moving();
   void measure_mass();
 
@@ -47,13 +64,14 @@ struct SimulatedBody::Impl {
   ElasticBody body;
   std::vector<int> held;
   Eigen::VectorXd gravity_force;  // [N]
-  std::vector<HeldLoad> loads;
+  std::vector<AppliedLoad> loads;
+  std::vector<const AppliedLoad*> held_points;  // by the integrator now
   const SceneBaseMotion* base = nullptr;
   std::vector<std::string> probe_names;
   std::vector<MeshPoint> probes;
   BodyState state;
   std::unique_ptr<Integrator> integrator;
-  Eigen::VectorXd force_now;  // of the loads in the last step [N]
+  Eigen::VectorXd force_now;  // of the loads' forces in the last step [N]
   LedgerWork work;
   double pull_force_n = 0.0;
 
@@ -103,12 +121,65 @@ void SimulatedBody::Impl::start_moving() {
     state.v.segment<3>(3 * i) = velocity + spin.cross(body.mesh().nodes.col(i) - centre);
 }
 
-/// Of all loads that are still there in a step that begins at `time_s`.
+/// Whether a load is still there in a step that begins at `time_s`.
+bool SimulatedBody::Impl::holds(const AppliedLoad& load, double time_s) const {
+  return time_s < load.load.release_s - kReleaseSlack * step_s;
+}
+
+/// Of all forces that are still there in a step that begins at `time_s`.
 Eigen::VectorXd SimulatedBody::Impl::load_force(double time_s) const {
   Eigen::VectorXd force = Eigen::VectorXd::Zero(body.mesh().num_dofs());
-  for (const HeldLoad& held_load : loads)
-    if (time_s < held_load.load.release_s - kReleaseSlack * step_s) force += held_load.force;
+  for (const AppliedLoad& load : loads)
+    if (load.load.force && holds(load, time_s))
+      force += load.grown(time_s + 0.5 * step_s) * load.force;
   return force;
+}
+
+/// Each displaced point must be free of the clamps and of the others.
+void SimulatedBody::Impl::check_held_points() const {
+  Eigen::MatrixXd C(body.mesh().num_dofs(), 0);
+  for (const AppliedLoad& load : loads) {
+    if (!load.load.displacement) continue;
+    C.conservativeResize(Eigen::NoChange, C.cols() + 1);
+    C.rightCols<1>() = nodal_force(body.mesh(), load.point, load.load.displacement->normalized());
+    for (const int node : held) C.rightCols<1>().segment<3>(3 * node).setZero();
+    try {
+      check_pulls(C);
+    } catch (const InputError& fault) {
+      throw InputError(fmt::format("{}.displacement_mm: {}", load.load.key, fault.what()));
+    }
+  }
+}
+
+/// Tells the integrator what presses and pulls in step `index`.
+void SimulatedBody::Impl::apply_loads(int index) {
+  if (loads.empty()) return;
+  const double start_s = (index - 1) * step_s;
+  Eigen::VectorXd force = load_force(start_s);
+  if (index == 1 || force != force_now) {
+    integrator->set_external_force(gravity_force + force);
+    force_now = std::move(force);
+  }
+  hold_points(start_s);
+  if (held_points.empty()) return;
+  Eigen::VectorXd velocities(static_cast<Eigen::Index>(held_points.size()));
+  for (std::size_t i = 0; i < held_points.size(); ++i)
+    velocities[static_cast<Eigen::Index>(i)] =
+        held_points[i]->distance_m * held_points[i]->growth_per_s(index * step_s);
+  integrator->set_point_velocities(velocities);
+}
+
+/// Holds what is displaced in a step that begins at `time_s`.
+void SimulatedBody::Impl::hold_points(double time_s) {
+  std::vector<const AppliedLoad*> points;
+  for (const AppliedLoad& load : loads)
+    if (load.load.displacement && holds(load, time_s)) points.push_back(&load);
+  if (points == held_points) return;
+  std::vector<HeldPoint> held_now;
+  for (const AppliedLoad* load : points)
+    held_now.push_back({load->point, *load->load.displacement});
+  integrator->hold_points(held_now);
+  held_points = std::move(points);
 }
 
 SimulatedBody::SimulatedBody(const Scene& scene, std::size_t index)
@@ -117,6 +188,10 @@ SimulatedBody::SimulatedBody(const Scene& scene, std::size_t index)
   const HexMesh& mesh = impl.body.mesh();
   for (const SceneLoad& load : scene.loads)
     if (load.body == index) impl.loads.push_back({load, locate(mesh, load.at), {}});
+  // A load grows in whole steps.
+  for (AppliedLoad& load : impl.loads)
+    load.load.ramp_s = std::ceil(load.load.ramp_s / impl.step_s - kReleaseSlack) * impl.step_s;
+  impl.check_held_points();
   for (const SceneProbe& probe : scene.probes) {
     if (probe.body != index) continue;
     impl.probe_names.push_back(probe.marker);
@@ -128,6 +203,7 @@ SimulatedBody::SimulatedBody(const Scene& scene, std::size_t index)
   IntegratorOptions options;
   options.step_s = scene.step_s;
   options.scheme = scene.scheme;
+  options.solver.kind = impl.from.solver;
   impl.integrator = std::make_unique<Integrator>(impl.body, impl.held, options, impl.gravity_force);
   impl.force_now = Eigen::VectorXd::Zero(mesh.num_dofs());
 }
@@ -139,48 +215,43 @@ void SimulatedBody::settle(const ProgressCallback& progress) {
   if (impl.loads.empty()) return;
   StaticLoad load;
   load.force = impl.gravity_force;
-  HeldLoad* pulled = nullptr;
-  for (HeldLoad& held_load : impl.loads) {
-    if (held_load.load.displacement) {
-      pulled = &held_load;
-      load.pulled_point = held_load.point;
-      load.pull = *held_load.load.displacement;
+  std::vector<AppliedLoad*> pulled;
+  for (AppliedLoad& applied : impl.loads) {
+    if (applied.load.force)
+      applied.force = nodal_force(impl.body.mesh(), applied.point, *applied.load.force);
+    if (applied.load.ramp_s > 0.0) continue;
+    if (applied.load.displacement) {
+      pulled.push_back(&applied);
+      load.more_pulls.push_back({applied.point, *applied.load.displacement});
     } else {
-      held_load.force = nodal_force(impl.body.mesh(), held_load.point, *held_load.load.force);
-      load.force += held_load.force;
+      load.force += applied.force;
     }
   }
+  if (!impl.from.clamped) return;  // its loads grow
   StaticOptions options;
   options.progress = progress;
-  const FreeDofs free(impl.body.mesh().num_nodes(), impl.held);
-  const StiffnessSolverOptions& solver = impl.integrator->options().solver;
-  const StaticResult result =
-      prefers_multigrid(impl.body, free, solver)
-          ? solve_static_matrix_free(impl.body, impl.held, load, options, solver)
-          : solve_static(impl.body, impl.held, load, options);
+  // A factor repays itself here up to a larger size than in a step.
+  options.solver.kind = impl.from.solver;
+  const StaticResult result = solve_static(impl.body, impl.held, load, options);
   if (!result.usable())
     throw NumericalFailure(fmt::format("{}: the body \"{}\" cannot be loaded: {}",
                                        impl.loads.front().load.key,
                                        impl.from.name,
                                        result.message));
   impl.state.u = result.u;
-  if (pulled != nullptr) {
-    impl.pull_force_n = result.pull_force_n;
-    pulled->force =
-        nodal_force(impl.body.mesh(), pulled->point, result.pull_force_n * load.pull.normalized());
+  for (std::size_t i = 0; i < pulled.size(); ++i) pulled[i]->force_then_n = result.pull_forces_n[i];
+  if (!pulled.empty()) impl.pull_force_n = pulled.front()->force_then_n;
+  for (AppliedLoad& applied : impl.loads) {
+    if (!applied.load.displacement || applied.load.ramp_s == 0.0) continue;
+    const Eigen::Vector3d sag = interpolate(applied.point, result.u);
+    applied.distance_m =
+        applied.load.displacement->norm() - sag.dot(applied.load.displacement->normalized());
   }
 }
 
 StepReport SimulatedBody::step(int index) {
   Impl& impl = *m_impl;
-  const double start_s = (index - 1) * impl.step_s;
-  if (!impl.loads.empty()) {
-    Eigen::VectorXd force = impl.load_force(start_s);
-    if (index == 1 || force != impl.force_now) {
-      impl.integrator->set_external_force(impl.gravity_force + force);
-      impl.force_now = std::move(force);
-    }
-  }
+  impl.apply_loads(index);
   if (impl.base != nullptr)
     impl.integrator->set_base_velocity(
         impl.from.rotation.transpose() *
@@ -191,7 +262,8 @@ StepReport SimulatedBody::step(int index) {
   if (report.termination != Termination::Converged) return report;
   impl.state.time_s = index * impl.step_s;
   // The integrator counts gravity with the loads; here it is a potential.
-  impl.work.external_j = impl.force_now.dot(impl.state.u - u_before) + report.work.base_j;
+  impl.work.external_j =
+      impl.force_now.dot(impl.state.u - u_before) + report.work.base_j + report.work.points_j;
   impl.work.damping_j = report.work.damping_j;
   return report;
 }
@@ -276,7 +348,10 @@ void SimulatedBody::save(detail::StateWriter& writer) const {
   writer.write(impl.state.time_s);
   writer.write(impl.pull_force_n);
   writer.write(impl.force_now);
-  for (const HeldLoad& load : impl.loads) writer.write(load.force);
+  for (const AppliedLoad& load : impl.loads) {
+    writer.write(load.distance_m);
+    writer.write(load.force_then_n);
+  }
   impl.integrator->save(writer);
 }
 
@@ -288,7 +363,12 @@ void SimulatedBody::restore(detail::StateReader& reader) {
   impl.state.time_s = reader.read_number();
   impl.pull_force_n = reader.read_number();
   impl.force_now = reader.read_vector(dofs);
-  for (HeldLoad& load : impl.loads) load.force = reader.read_vector(dofs);
+  for (AppliedLoad& load : impl.loads) {
+    load.distance_m = reader.read_number();
+    load.force_then_n = reader.read_number();
+    if (load.load.force) load.force = nodal_force(impl.body.mesh(), load.point, *load.load.force);
+  }
+  if (impl.state.time_s > 0.0) impl.hold_points(impl.state.time_s - impl.step_s);
   impl.integrator->restore(reader);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/multigrid.hpp"
 
+#include "fem/detail/row_edges.hpp"
+
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -122,14 +124,7 @@ void Multigrid::add_product(const Level& level, float scale, const float* x, flo
   const std::ptrdiff_t nodes = level.num_nodes();
   cells.grid.for_each_row([&](const CellGrid::Row& from) {
     DenseRow row;
-    row.length = from.length;
-    for (int a = 0; a < 3; ++a) {
-      for (int edge = 0; edge < 4; ++edge) {
-        const auto at = a * nodes + from.first_node[static_cast<std::size_t>(edge)];
-        row.x[a][edge] = x + at;
-        row.y[a][edge] = y + at;
-      }
-    }
+    point_at_edges(from, nodes, x, y, row);
     row.type = cells.type.data() + from.first_cell;
     row.matrices = level.matrices.data();
     row.scale = scale;

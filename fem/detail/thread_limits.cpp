@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 
@@ -40,6 +41,18 @@ void fix_threads(int threads) {
   if (threads == 0) return;
   omp_set_num_threads(threads);
   if (open_blas().set_num_threads != nullptr) open_blas().set_num_threads(threads);
+}
+
+void for_each_range(int count, const std::function<void(int first, int last)>& work) {
+  constexpr int kThreadedCount = 20'000;
+  constexpr int kRange = 2048;
+  if (count < kThreadedCount) {
+    if (count > 0) work(0, count);
+    return;
+  }
+  const PoliteThreads threads;
+#pragma omp parallel for schedule(static)
+  for (int first = 0; first < count; first += kRange) work(first, std::min(first + kRange, count));
 }
 
 bool machine_is_busy() {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fem/detail/voxel_body.hpp"
 
+#include "fem/detail/row_edges.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -251,14 +253,7 @@ void VoxelBody::add_product(const CellModuli<Real>& A, Real scale, const Real* x
   const std::ptrdiff_t nodes = m_grid.num_nodes();
   m_grid.for_each_row([&](const CellGrid::Row& from) {
     CellRow<Real> row;
-    row.length = from.length;
-    for (int a = 0; a < 3; ++a) {
-      for (int edge = 0; edge < 4; ++edge) {
-        const auto at = a * nodes + from.first_node[static_cast<std::size_t>(edge)];
-        row.x[a][edge] = x + at;
-        row.y[a][edge] = y + at;
-      }
-    }
+    point_at_edges(from, nodes, x, y, row);
     row.mu = A.mu.data() + from.first_cell;
     row.lambda = A.lambda.data() + from.first_cell;
     row.mass = A.mass.data() + from.first_cell;
@@ -300,13 +295,8 @@ Eigen::MatrixXd VoxelBody::cell_matrix(const StiffnessCombination& of, int type)
   for (int column = 0; column < 24; ++column) {
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(24, column);
     CellRow<double> row;
-    row.length = 1;
-    for (int a = 0; a < 3; ++a) {
-      for (int edge = 0; edge < 4; ++edge) {
-        row.x[a][edge] = unit.data() + 8 * a + 2 * edge;
-        row.y[a][edge] = matrix.col(column).data() + 8 * a + 2 * edge;
-      }
-    }
+    const CellGrid::Row one_cell = {0, 1, {0, 2, 4, 6}};
+    point_at_edges(one_cell, 8, unit.data(), matrix.col(column).data(), row);
     row.mu = &mu;
     row.lambda = &lambda;
     row.mass = &mass;

@@ -2,6 +2,7 @@
 #include "simulate/detail/damped_body.hpp"
 
 #include "core/error.hpp"
+#include "fem/threads.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +11,8 @@
 namespace twang::detail {
 namespace {
 
-constexpr double kDifference = 1e-3;  // of the way v / gamma, for differences of K [-]
+constexpr double kStiffInVolume = 100.0;  // lambda over mu, a Poisson's ratio of 0.495 [-]
+constexpr double kDifference = 1e-3;      // of the way v / gamma, for differences of K [-]
 
 std::vector<int> checked_nodes(const HexMesh& mesh, const std::vector<int>& nodes) {
   for (const int node : nodes)
@@ -52,8 +54,12 @@ DampedBody::DampedBody(const ElasticBody& body, const std::vector<int>& held_nod
           body.mesh().material_names[i]));
     m_one_b = m_one_b && materials[i].damping_stiffness_b_s == m_b;
   }
-  for (const ElasticMaterial& material : materials)
+  for (const ElasticMaterial& material : materials) {
     m_b = std::max(m_b, material.damping_stiffness_b_s);
+    const LameConstants lame = lame_constants(material.youngs_modulus_pa, material.poissons_ratio);
+    m_stiff_in_volume = m_stiff_in_volume || (material.damping_stiffness_b_s > 0.0 &&
+                                              lame.lambda > kStiffInVolume * lame.mu);
+  }
 }
 
 void DampedBody::clear_held(Eigen::VectorXd& w) const {
@@ -68,12 +74,14 @@ Eigen::VectorXd DampedBody::mass_product(const Eigen::VectorXd& w) const {
 
 Eigen::VectorXd DampedBody::full_mass_product(const Eigen::VectorXd& w) const {
   Eigen::VectorXd product(w.size());
-  for (int j = 0; j < m_nodal_mass.cols(); ++j) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(m_nodal_mass, j); it; ++it)
-      sum += it.value() * w.segment<3>(3 * it.row());
-    product.segment<3>(3 * j) = sum;
-  }
+  for_each_range(static_cast<int>(m_nodal_mass.cols()), [&](int first, int last) {
+    for (int j = first; j < last; ++j) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (Eigen::SparseMatrix<double>::InnerIterator it(m_nodal_mass, j); it; ++it)
+        sum += it.value() * w.segment<3>(3 * it.row());
+      product.segment<3>(3 * j) = sum;
+    }
+  });
   return product;
 }
 

@@ -57,6 +57,9 @@ class DampedBody {
   /// The same as a matrix over the free degrees of freedom, without the derivative of D if
   /// `differences` is set [N/m].
   [[nodiscard]] SparseMatrix step_matrix(const Linearization& at) const;
+  /// Whether it is damped by b K of a material whose volume is so much stiffer than its shape that
+  /// K taken ahead is no derivative of D.
+  [[nodiscard]] bool stiff_in_volume() const { return m_stiff_in_volume; }
   /// What M is multiplied by in it, mu + gamma a [1/s²].
   [[nodiscard]] double inertia_weight(const Linearization& at) const {
     return at.mu_per_s2 + at.gamma_per_s * m_a;
@@ -73,7 +76,8 @@ class DampedBody {
   Eigen::SparseMatrix<double> m_nodal_mass;  // M = nodal mass ⊗ I [kg]
   double m_a = 0.0;                          // [1/s]
   double m_b = 0.0;                          // largest b [s]
-  bool m_one_b = true;                       // whether all materials share it
+  bool m_stiff_in_volume = false;
+  bool m_one_b = true;  // whether all materials share it
 };
 
 }  // namespace twang::detail

@@ -2,6 +2,7 @@
 #include "simulate/detail/nodal_rotations.hpp"
 
 #include "fem/hexahedron.hpp"
+#include "fem/threads.hpp"
 
 #include <Eigen/LU>
 
@@ -63,10 +64,13 @@ std::vector<Eigen::Matrix3d> NodalRotations::at(const Eigen::VectorXd& u) const 
     for (int a = 0; a < m_mesh.elements.rows(); ++a)
       rotations[static_cast<std::size_t>(m_mesh.elements(a, e))] += F;
   }
-  for (Eigen::Matrix3d& rotation : rotations) {
-    // The sum over the elements counts as a mean: a positive factor leaves the rotation alone.
-    rotation = orthogonal_factor(rotation / std::max(1e-300, rotation.norm() / std::sqrt(3.0)));
-  }
+  for_each_range(m_mesh.num_nodes(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      Eigen::Matrix3d& rotation = rotations[static_cast<std::size_t>(i)];
+      // The sum over the elements counts as a mean: a positive factor leaves the rotation alone.
+      rotation = orthogonal_factor(rotation / std::max(1e-300, rotation.norm() / std::sqrt(3.0)));
+    }
+  });
   return rotations;
 }
 

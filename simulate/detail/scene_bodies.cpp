@@ -135,7 +135,8 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder)
                     "position_mm",
                     "rotation_deg",
                     "velocity_m_s",
-                    "spin_rad_s"});
+                    "spin_rad_s",
+                    "solver"});
   SceneBody body;
   body.key = table.place("");
   body.name = table.text("name");
@@ -156,6 +157,12 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder)
     read_inline_material(*table.table("material"), body);
   } else {
     read_material_file(table, folder, body);
+  }
+  if (table.has("solver")) {
+    constexpr StiffnessSolverKind kSolvers[] = {StiffnessSolverKind::Automatic,
+                                                StiffnessSolverKind::Factor,
+                                                StiffnessSolverKind::Multigrid};
+    body.solver = kSolvers[table.choice("solver", {"automatic", "factor", "multigrid"})];
   }
   read_pose(table, body);
   return body;

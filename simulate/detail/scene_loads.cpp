@@ -30,12 +30,17 @@ const Marker& marker_named(const TomlTable& table, const SceneBody& body) {
 }
 
 SceneLoad read_load(const TomlTable& table, const Scene& scene) {
-  table.allow_only({"body", "at_mm", "marker", "displacement_mm", "force_n", "release_s"});
+  table.allow_only(
+      {"body", "at_mm", "marker", "displacement_mm", "force_n", "release_s", "ramp_s"});
   SceneLoad load;
   load.key = table.place("");
   load.body = body_named(table, scene);
   const SceneBody& body = scene.bodies[load.body];
-  if (!body.clamped) table.refuse("body", "a clamped body, a free one would only fly away");
+  if (table.has("ramp_s")) load.ramp_s = table.non_negative("ramp_s");
+  if (!body.clamped && load.ramp_s == 0.0)
+    table.refuse("body",
+                 "a clamped body, or ramp_s > 0: a free one that is loaded has no equilibrium to "
+                 "start from");
   if (table.has("at_mm") == table.has("marker"))
     table.complain("", "must have exactly one of at_mm and marker");
   load.at = table.has("at_mm") ? Eigen::Vector3d(table.vector("at_mm") * kMetresPerMillimetre)
@@ -43,11 +48,21 @@ SceneLoad read_load(const TomlTable& table, const Scene& scene) {
   if (table.has("displacement_mm") == table.has("force_n"))
     table.complain("", "must have exactly one of displacement_mm and force_n");
   if (table.has("displacement_mm")) {
+    if (!body.clamped) table.complain("displacement_mm", "is of a free body, must be force_n");
     load.displacement = table.direction("displacement_mm") * kMetresPerMillimetre;
   } else {
     load.force = table.direction("force_n");
   }
   if (table.has("release_s")) load.release_s = table.non_negative("release_s");
+  if (load.ramp_s > 0.0) {
+    constexpr double kFewestSteps = 2.0;  // to start and to stop
+    if (load.ramp_s < kFewestSteps * scene.step_s)
+      table.refuse("ramp_s",
+                   fmt::format("0 or at least two steps, {}", kFewestSteps * scene.step_s));
+    if (load.release_s < load.ramp_s)
+      table.complain(table.has("release_s") ? "release_s" : "",
+                     fmt::format("must have release_s at least ramp_s, {}", load.ramp_s));
+  }
   return load;
 }
 
@@ -100,12 +115,7 @@ SceneBaseMotion read_base_motion(const TomlTable& table,
 std::vector<SceneLoad> read_loads(const TomlTable& document, const Scene& scene) {
   std::vector<SceneLoad> loads;
   for (const TomlTable& table : document.tables("load")) {
-    SceneLoad load = read_load(table, scene);
-    for (const SceneLoad& other : loads)
-      if (other.body == load.body && other.displacement && load.displacement)
-        table.complain("displacement_mm",
-                       "is the body's second, must be the only one (others can be force_n)");
-    loads.push_back(std::move(load));
+    loads.push_back(read_load(table, scene));
   }
   return loads;
 }

@@ -2,6 +2,7 @@
 #include "simulate/detail/stale_factor.hpp"
 
 #include "core/constants.hpp"
+#include "fem/threads.hpp"
 
 #include <algorithm>
 
@@ -93,10 +94,12 @@ void StaleFactor::follow(const Eigen::VectorXd& u) {
 
 Eigen::VectorXd StaleFactor::apply(const Eigen::VectorXd& r) const {
   Eigen::VectorXd turned(r.size());
-  for (std::size_t i = 0; i < m_turns.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(3 * i);
-    turned.segment<3>(at).noalias() = m_turns[i].transpose() * r.segment<3>(at);
-  }
+  const auto num_nodes = static_cast<int>(m_turns.size());
+  for_each_range(num_nodes, [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      turned.segment<3>(3 * i).noalias() =
+          m_turns[static_cast<std::size_t>(i)].transpose() * r.segment<3>(3 * i);
+  });
   Eigen::MatrixXd solution;
   const Eigen::VectorXd right = m_body.free().restrict_vector(turned);
   if (m_cycles) {
@@ -106,10 +109,11 @@ Eigen::VectorXd StaleFactor::apply(const Eigen::VectorXd& r) const {
   }
   turned = m_body.free().expand_vector(solution.col(0));
   Eigen::VectorXd result(r.size());
-  for (std::size_t i = 0; i < m_turns.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(3 * i);
-    result.segment<3>(at).noalias() = m_turns[i] * turned.segment<3>(at);
-  }
+  for_each_range(num_nodes, [&](int first, int last) {
+    for (int i = first; i < last; ++i)
+      result.segment<3>(3 * i).noalias() =
+          m_turns[static_cast<std::size_t>(i)] * turned.segment<3>(3 * i);
+  });
   return result;
 }
 

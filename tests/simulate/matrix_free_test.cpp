@@ -4,7 +4,6 @@
 #include "fem/static_solve.hpp"
 #include "simulate/detail/state_stream.hpp"
 #include "simulate/integrators.hpp"
-#include "simulate/static_newton.hpp"
 #include "tests/simulate/moving_block.hpp"
 
 #include <gtest/gtest.h>
@@ -22,6 +21,12 @@ StiffnessSolverOptions multigrid() {
   StiffnessSolverOptions options;
   options.kind = StiffnessSolverKind::Multigrid;
   options.max_coarse_dofs = 300;
+  return options;
+}
+
+StaticOptions by_multigrid() {
+  StaticOptions options;
+  options.solver = multigrid();
   return options;
 }
 
@@ -70,7 +75,7 @@ TEST(MatrixFree, FindsTheEquilibriaThatTheFactorFinds) {
       load.pull = {0.0, 0.001, 0.012};
     }
     const StaticResult by_factor = solve_static(body, held, load);
-    const StaticResult found = solve_static_matrix_free(body, held, load, {}, multigrid());
+    const StaticResult found = solve_static(body, held, load, by_multigrid());
     ASSERT_TRUE(by_factor.usable() && found.usable()) << by_factor.message << found.message;
     // residuals of 1e-9 of the forces; the softest mode is some thousand times softer than these
     EXPECT_LT((found.u - by_factor.u).norm(), 1e-6 * by_factor.u.norm());
@@ -87,7 +92,7 @@ TEST(MatrixFree, EquilibriumThatIsNotThereEndsInASentence) {
   const std::vector<int> held = nodes_at(body.mesh(), 0, 0.0);
   StaticLoad load;
   load.force = body.gravity_force({-1e9, 0.0, 0.0});
-  const StaticResult result = solve_static_matrix_free(body, held, load, {}, multigrid());
+  const StaticResult result = solve_static(body, held, load, by_multigrid());
   EXPECT_FALSE(result.usable());
   EXPECT_TRUE(result.u.allFinite());
   EXPECT_NE(result.message.find("no equilibrium found beyond"), std::string::npos);

@@ -144,6 +144,49 @@ TEST(RunScene, ResumedRunsEndInTheSameBits) {
   }
 }
 
+TEST(RunScene, SeveralLoadsAreHeldAndLetGoEachInItsTimeAndResume) {
+  // One bends the tip and goes at 1 ms; one holds the middle aside until 3 ms; one grows and pulls.
+  std::string text = with(kStripScene, "release_s = 2e-4", "release_s = 1e-3");
+  text = with(text, "[[probe]]", R"([[load]]
+body = "strip"
+at_mm = [38.0, 0.0, 2.0]
+displacement_mm = [0.0, 0.5, 0.0]
+release_s = 3e-3
+[[load]]
+body = "strip"
+marker = "tip"
+force_n = [0.2, 0.0, 0.0]
+ramp_s = 1e-3
+release_s = 2e-3
+[[probe]])");
+  text = with(text, "every_s = 5e-4", "every_s = 1e-4");
+  const SampleScene sample(text);
+  const fs::path whole = sample.folder / "whole";
+  const SceneSummary reference = run_in(sample, whole);
+  ASSERT_TRUE(reference.usable()) << reference.run.message;
+  EXPECT_LT(reference.remainder_rel, 0.01);
+  const Trace probes = read_trace_csv(whole / "probes.csv");
+  const std::vector<double>& y = column(probes, "strip.tip.y_mm");
+  const std::vector<double>& z = column(probes, "strip.tip.z_mm");
+  for (int i = 0; i <= 30; ++i)  // held at the marker: where it was told to be, to round-off
+    EXPECT_NEAR(y[static_cast<std::size_t>(i)], 0.5, 1e-9);
+  EXPECT_LT(y[35], 0.499);
+  EXPECT_NEAR(z[10], z[0], 0.02);  // of 4 mm; the growing force moves it a little
+  EXPECT_GT(z[15], z[0] + 0.05);
+  const fs::path parts = sample.folder / "parts";
+  ASSERT_TRUE(run_until(sample, parts, 4.0, false));
+  for (const double steps : {9.0, 18.0, 29.0}) ASSERT_TRUE(run_until(sample, parts, steps, true));
+  EXPECT_EQ(run_in(sample, parts, true).state_sha256, reference.state_sha256);
+}
+
+TEST(RunScene, SaysHowItsEquationsAreSolved) {
+  const SampleScene sample(with(kStripScene, "element = \"hex8\"", "solver = \"multigrid\""));
+  const SceneSummary summary = run_in(sample, sample.folder / "out");
+  EXPECT_TRUE(summary.usable()) << summary.run.message;
+  EXPECT_TRUE(holds(summary.solver, "multigrid"));
+  EXPECT_TRUE(holds(read_file(sample.folder / "out" / "summary.json"), "multigrid cycle"));
+}
+
 TEST(RunScene, RowsBeyondTheCheckpointAreCutOff) {
   const SampleScene sample;
   const fs::path whole = sample.folder / "whole";

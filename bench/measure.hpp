@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "fem/elastic_body.hpp"
+#include "rigs/rig.hpp"
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace twang::bench {
+
+[[nodiscard]] double seconds_since(std::chrono::steady_clock::time_point start);
+
+/// Starts the count of the peak anew, where the system lets a process do so.
+void reset_peak();
+/// Largest resident set since then; 0 where the system does not tell [byte].
+[[nodiscard]] double peak_bytes();
+
+/// A rig's materials in the order of a mesh's names, E where the rig states none.
+[[nodiscard]] std::vector<ElasticMaterial> materials_of(const Rig& rig,
+                                                        const HexMesh& mesh,
+                                                        double youngs_modulus_pa = 1e9,
+                                                        double damping_stiffness_b_s = 0.0);
+
+}  // namespace twang::bench
