@@ -18,7 +18,7 @@ namespace twang {
 
 struct RefineMaterialOptions {
   double periods = 10.0;  ///< simulated, from the first sample of the inversion's window on
-  double settling = 0.5;  ///< periods at the beginning that are not compared: a release excites
+  double settling = 1.0;  ///< periods at the beginning that are not compared: a release excites
                           ///< overtones that soon die away and that the simulated start lacks
   double steps_per_period = 80.0;  ///< of the simulation; their period error is taken out
   int max_iterations = 12;
