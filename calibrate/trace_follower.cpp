@@ -52,6 +52,14 @@ std::optional<int> partner_of(const DampedSinusoid& sinusoid,
   return partner;
 }
 
+/// Whether a sinusoid is the second or third harmonic that a large motion of the strongest one has:
+/// no mode of its own.
+bool is_harmonic(const DampedSinusoid& sinusoid, const DampedSinusoid& strongest) {
+  constexpr double kNear = 0.02;  // of frequency
+  const double ratio = sinusoid.frequency_hz / strongest.frequency_hz;
+  return std::abs(ratio - 2.0) < 2.0 * kNear || std::abs(ratio - 3.0) < 3.0 * kNear;
+}
+
 /// What holds the body at rest, and where.
 struct Rest {
   Eigen::VectorXd force;    ///< gravity; empty: none [N]
@@ -130,6 +138,12 @@ FollowedMotion TraceFollower::follow(const ElasticMaterial& material,
   std::vector<bool> taken(static_cast<std::size_t>(modes.count()), false);
   for (std::size_t k = 0; k < m_inversion->modes.size(); ++k) {
     const DampedSinusoid& sinusoid = m_inversion->modes[k];
+    const auto [value, rate] = at_origin(sinusoid, k == 0 ? start.turn_rad : 0.0);
+    if (k > 0 && !carried.empty() && is_harmonic(sinusoid, m_inversion->modes.front())) {
+      carried.front().displacement += value * m_si_per_unit;
+      carried.front().velocity += rate * m_si_per_unit * start.velocity;
+      continue;
+    }
     const std::optional<int> partner =
         k == 0 ? std::optional<int>(m_mode)
                : partner_of(sinusoid, modes, material.youngs_modulus_pa, taken);
@@ -138,7 +152,6 @@ FollowedMotion TraceFollower::follow(const ElasticMaterial& material,
     Eigen::VectorXd shape = unit_observable_shape(modes, cluster, m_observable);
     if (shape.size() == 0) continue;
     for (const int index : cluster) taken[static_cast<std::size_t>(index)] = true;
-    const auto [value, rate] = at_origin(sinusoid, k == 0 ? start.turn_rad : 0.0);
     const double scale = m_si_per_unit * (k == 0 ? start.amplitude : 1.0);
     carried.push_back({std::move(shape),
                        modes.lambda_per_s2[*partner] * material.youngs_modulus_pa,

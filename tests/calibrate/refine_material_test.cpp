@@ -20,9 +20,9 @@ namespace {
 using test::holds;
 using test::refusal_of;
 
-constexpr double kModulus = 1e8;
-constexpr double kDamping_s = 4e-4;
-constexpr double kDx = 3e-3;
+constexpr double kTrueModulus = 1e8;
+constexpr double kTrueDamping_s = 4e-4;
+constexpr double kCell_m = 3e-3;
 
 /// The L-rig with a leg of two cells and two cells deep: as much bent, in a hundred elements.
 Rig small_l_rig() {
@@ -66,19 +66,19 @@ capture_fps = 240
                    "small_lrig.toml");
 }
 
-constexpr double kNoise = 2e-4;
+constexpr double kTraceNoise = 2e-4;
 
 /// The rig let go from its release, seen at 240 frames a second with some noise [rad].
 Trace plucked(const Rig& rig, const MeshRung& rung, double duration_s) {
-  const ElasticMaterial material = {kModulus,
+  const ElasticMaterial material = {kTrueModulus,
                                     rig.materials.front().poissons_ratio,
                                     rig.materials.front().density_kg_m3,
-                                    kDamping_s};
+                                    kTrueDamping_s};
   std::vector<int> all(static_cast<std::size_t>(rung.mesh.num_nodes()));
   std::iota(all.begin(), all.end(), 0);
   SimulatedReleaseOptions options;
   options.duration_s = duration_s;
-  options.frequency_hz = rung.modes.natural_frequency_hz(0) * std::sqrt(kModulus);
+  options.frequency_hz = rung.modes.natural_frequency_hz(0) * std::sqrt(kTrueModulus);
   options.steps_per_period = 150.0;
   const RecordedMotion motion =
       simulate_release(rig, rung.mesh, rung.held_nodes, material, all, options);
@@ -90,7 +90,7 @@ Trace plucked(const Rig& rig, const MeshRung& rung, double duration_s) {
   for (int n = 0; n / 240.0 < duration_s; ++n) {
     trace.time_s.push_back(n / 240.0);
     trace.channels[0].values.push_back(observable.evaluate(motion.displacement(n / 240.0)) +
-                                       kNoise * normal(generator));
+                                       kTraceNoise * normal(generator));
   }
   return trace;
 }
@@ -107,7 +107,7 @@ Material linear_estimate(const Rig& rig, const MeshRung& rung, const InversionRe
 
 TEST(RefineMaterial, TakesOutWhatALargeDeflectionDoesToTheLinearEstimate) {
   const Rig rig = small_l_rig();
-  const MeshRung rung = compute_rung(rig, kDx, ElementKind::Hex8, 4);
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 4);
   const Trace trace = plucked(rig, rung, 0.4);
   ASSERT_GT(std::abs(trace.channels[0].values[0]), 0.3);
   InversionOptions window;
@@ -115,14 +115,14 @@ TEST(RefineMaterial, TakesOutWhatALargeDeflectionDoesToTheLinearEstimate) {
   const InversionResult inversion = invert_harmonics(trace, {"observable_rad"}, window);
   ASSERT_TRUE(inversion.usable());
   const Material linear = linear_estimate(rig, rung, inversion);
-  const double linear_modulus = linear.youngs_modulus_numerical_pa / kModulus - 1.0;
-  const double linear_damping = linear.damping_stiffness_b_s / kDamping_s - 1.0;
+  const double linear_modulus = linear.youngs_modulus_numerical_pa / kTrueModulus - 1.0;
+  const double linear_damping = linear.damping_stiffness_b_s / kTrueDamping_s - 1.0;
 
   const RefinedMaterial refined =
       refine_material(rig, rung, linear, {{&trace, "observable_rad", &inversion}});
   ASSERT_TRUE(refined.usable()) << refined.message;
-  const double modulus = refined.youngs_modulus_numerical_pa / kModulus - 1.0;
-  const double damping = refined.damping_stiffness_b_s / kDamping_s - 1.0;
+  const double modulus = refined.youngs_modulus_numerical_pa / kTrueModulus - 1.0;
+  const double damping = refined.damping_stiffness_b_s / kTrueDamping_s - 1.0;
   // The pluck bends far: the linear estimate is off by many of its own sigmas, 0.5 and 2.5 %.
   EXPECT_GT(std::abs(linear_modulus), 3e-3);
   EXPECT_GT(std::abs(linear_damping), 1.5e-2);
@@ -138,11 +138,11 @@ TEST(RefineMaterial, TakesOutWhatALargeDeflectionDoesToTheLinearEstimate) {
 }
 
 /// A decaying sinusoid and its inversion, for what is refused before anything is simulated.
-struct Sinusoid {
+struct SwingingRig {
   Trace trace;
   InversionResult inversion;
 
-  explicit Sinusoid(double duration_s) {
+  explicit SwingingRig(double duration_s) {
     trace.channels.push_back({"observable_rad", {}});
     for (int n = 0; n / 240.0 < duration_s; ++n) {
       const double t = n / 240.0;
@@ -155,20 +155,20 @@ struct Sinusoid {
 
 TEST(RefineMaterial, RefusesWhatLeavesNothingToFollow) {
   Rig rig = small_l_rig();
-  const MeshRung rung = compute_rung(rig, kDx, ElementKind::Hex8, 2);
-  const auto refusal = [&](const Sinusoid& seen) {
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  const auto refusal = [&](const SwingingRig& seen) {
     const Material linear = linear_estimate(rig, rung, seen.inversion);
     return refusal_of([&] {
       static_cast<void>(
           refine_material(rig, rung, linear, {{&seen.trace, "observable_rad", &seen.inversion}}));
     });
   };
-  Sinusoid seen(0.5);
+  SwingingRig seen(0.5);
   ASSERT_TRUE(seen.inversion.usable());
-  Sinusoid brief = seen;
+  SwingingRig brief = seen;
   brief.inversion.time_end_s = 0.08;  // 1.6 periods, of which the first is left to settle
   EXPECT_TRUE(holds(refusal(brief), "0.60 of a period"));
-  Sinusoid lost = seen;
+  SwingingRig lost = seen;
   for (double& value : lost.trace.channels[0].values) value = kNaN;
   EXPECT_TRUE(holds(refusal(lost), "0 samples"));
   rig.observable.reset();
@@ -177,8 +177,8 @@ TEST(RefineMaterial, RefusesWhatLeavesNothingToFollow) {
 
 TEST(RefineMaterial, StopsWhenAsked) {
   const Rig rig = small_l_rig();
-  const MeshRung rung = compute_rung(rig, kDx, ElementKind::Hex8, 2);
-  const Sinusoid seen(0.5);
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  const SwingingRig seen(0.5);
   RefineMaterialOptions options;
   int asked = 0;
   options.progress = [&](const Progress&) { return ++asked < 900; };  // in the second simulation
