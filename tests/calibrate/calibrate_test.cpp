@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
-#include "rigs/load_rig.hpp"
+#include "tests/support/sample_strip.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -19,11 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDecay_per_s = 10.0;
-
-Rig strip() {
-  return load_rig(fs::path(TWANG_SOURCE_DIR) / "rigs" / "strip.toml",
-                  {.part = true, .clamp = true});
-}
 
 /// A released tip, at rest before 0.05 s.
 fs::path write_trace(const test::TemporaryFolder& folder,
@@ -56,8 +51,8 @@ CalibrationOptions quick() {
 
 TEST(Calibrate, FindsTheModulusOfAPlateStripInAKnownTrace) {
   const test::TemporaryFolder folder;
-  const Calibration calibration =
-      calibrate_from_traces(strip(), {write_trace(folder, "a.csv", 64.0, 1.0)}, quick());
+  const Calibration calibration = calibrate_from_traces(
+      test::sample_strip(), {write_trace(folder, "a.csv", 64.0, 1.0)}, quick());
   const double lambda = std::pow(kTwoPi * 64.0, 2) + kDecay_per_s * kDecay_per_s;
   EXPECT_NEAR(calibration.material.lambda_per_s2 / lambda, 1.0, 1e-5);
   EXPECT_NEAR(
@@ -80,7 +75,7 @@ TEST(Calibrate, PutsTheScatterOfRepeatsIntoTheBudget) {
   CalibrationOptions options = quick();
   options.validate = false;
   const Calibration calibration =
-      calibrate_from_traces(strip(),
+      calibrate_from_traces(test::sample_strip(),
                             // without noise two modes explain both exactly, and rightly so
                             {write_trace(folder, "a.csv", 64.0, 1.0, 0.01),
                              write_trace(folder, "b.csv", 64.64, 1.0, 0.01)},
@@ -94,7 +89,7 @@ TEST(Calibrate, PutsTheScatterOfRepeatsIntoTheBudget) {
 
 TEST(Calibrate, RefusesARigWhoseModulusIsStated) {
   const test::TemporaryFolder folder;
-  Rig rig = strip();
+  Rig rig = test::sample_strip();
   rig.materials[0].youngs_modulus_pa = 2e9;
   EXPECT_THROW((void)calibrate_from_traces(rig, {write_trace(folder, "a.csv", 64.0, 1.0)}, quick()),
                InputError);
@@ -102,9 +97,9 @@ TEST(Calibrate, RefusesARigWhoseModulusIsStated) {
 
 TEST(Calibrate, SaysThatATraceOfRestHoldsNoVibration) {
   const test::TemporaryFolder folder;
-  EXPECT_THROW(
-      (void)calibrate_from_traces(strip(), {write_trace(folder, "rest.csv", 64.0, 0.0)}, quick()),
-      NumericalFailure);
+  EXPECT_THROW((void)calibrate_from_traces(
+                   test::sample_strip(), {write_trace(folder, "rest.csv", 64.0, 0.0)}, quick()),
+               NumericalFailure);
 }
 
 }  // namespace

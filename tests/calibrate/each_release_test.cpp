@@ -3,7 +3,7 @@
 #include "calibrate/calibrate.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
-#include "rigs/load_rig.hpp"
+#include "tests/support/sample_strip.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,6 @@
 namespace twang {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kRate_hz = 480.0;
 constexpr double kFrequency_hz = 64.0;
 constexpr double kDecay_per_s = 10.0;
@@ -29,11 +27,6 @@ constexpr double kPull_s = 0.5;
 constexpr double kHold_s = 0.2;
 constexpr double kFree_s = 0.9;
 constexpr double kPluck_s = kRest_s + kPull_s + kHold_s + kFree_s;
-
-Rig strip() {
-  return load_rig(fs::path(TWANG_SOURCE_DIR) / "rigs" / "strip.toml",
-                  {.part = true, .clamp = true});
-}
 
 /// The tip while it is plucked once at each of these frequencies.
 Trace plucked(const std::vector<double>& frequencies_hz, double noise_mm = kNoise_mm) {
@@ -61,7 +54,7 @@ Calibration calibrate(const Trace& trace, CalibrationOptions options = {}) {
   write_trace_csv(folder / "plucks.csv", trace);
   options.ladder.max_dofs = 30000;
   options.validate = false;
-  return calibrate_from_traces(strip(), {folder / "plucks.csv"}, options);
+  return calibrate_from_traces(test::sample_strip(), {folder / "plucks.csv"}, options);
 }
 
 CalibrationOptions each_release() {

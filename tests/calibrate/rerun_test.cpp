@@ -5,8 +5,8 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
-#include "rigs/load_rig.hpp"
 #include "tests/support/expect_refusal.hpp"
+#include "tests/support/sample_strip.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -24,11 +24,6 @@ CalibrationOptions quick() {
   options.ladder.max_dofs = 20000;
   options.validate = false;
   return options;
-}
-
-Rig strip() {
-  return load_rig(fs::path(TWANG_SOURCE_DIR) / "rigs" / "strip.toml",
-                  {.part = true, .clamp = true, .film = true, .observable = true});
 }
 
 void expect_same_answer(const Calibration& a, const Calibration& b) {
@@ -51,7 +46,11 @@ class Rerun : public testing::Test {
     options.film.duration_s = 0.6;
     options.film.seed = seed;
     const ElasticMaterial material = {modulus_pa, 0.45, 1180.0, 1.6e-4};
-    (void)render_rig(strip(), material, folder / name, options);
+    (void)render_rig(
+        test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+        material,
+        folder / name,
+        options);
     return folder / name;
   }
   fs::path save(const Trace& trace, const std::string& name) {
@@ -71,14 +70,20 @@ TEST_F(Rerun, FromTheTracesGivesWhatTheFilmsGave) {
     EXPECT_EQ(result.trace.num_samples(), 144U);
     ++told;
   };
-  const Calibration from_films = calibrate_from_films(strip(), films, options);
+  const Calibration from_films = calibrate_from_films(
+      test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+      films,
+      options);
   EXPECT_EQ(told, 2);
   // lambda goes with E: half the difference of the two, tracked with noise
   EXPECT_NEAR(from_films.material.uncertainty.repeats, 0.01, 0.001);
 
   const std::vector<fs::path> traces = {save(from_films.repeats[0].trace, "trace_1.csv"),
                                         save(from_films.repeats[1].trace, "trace_2.csv")};
-  const Calibration rerun = calibrate_from_traces(strip(), traces, quick());
+  const Calibration rerun = calibrate_from_traces(
+      test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+      traces,
+      quick());
   expect_same_answer(from_films, rerun);
   EXPECT_EQ(from_films.material.frequency_sigma_hz, rerun.material.frequency_sigma_hz);
   EXPECT_EQ(from_films.material.damping_stiffness_b_sigma_s,
@@ -93,14 +98,22 @@ TEST_F(Rerun, FromTheTracesGivesWhatTheFilmsGave) {
         save({trace.time_s, {*trace.find("observable_mm")}}, "bare_" + std::to_string(i) + ".csv"));
   }
   const Material& stated = from_films.material;
-  const Material unstated = calibrate_from_traces(strip(), bare, quick()).material;
+  const Material unstated =
+      calibrate_from_traces(
+          test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+          bare,
+          quick())
+          .material;
   EXPECT_NEAR(unstated.frequency_hz, stated.frequency_hz, stated.frequency_sigma_hz);
   EXPECT_NEAR(unstated.decay_per_s, stated.decay_per_s, stated.decay_sigma_per_s);
   EXPECT_NEAR(unstated.uncertainty.repeats, stated.uncertainty.repeats, 0.001);
 }
 
 TEST_F(Rerun, FromAnEditedTraceOrANarrowerWindowStaysClose) {
-  const Calibration original = calibrate_from_films(strip(), {film("a.mp4", 1e9, 1)}, quick());
+  const Calibration original = calibrate_from_films(
+      test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+      {film("a.mp4", 1e9, 1)},
+      quick());
   const Trace& trace = original.repeats[0].trace;
   const fs::path whole = save(trace, "trace.csv");
 
@@ -111,7 +124,10 @@ TEST_F(Rerun, FromAnEditedTraceOrANarrowerWindowStaysClose) {
     edited.time_s.push_back(trace.time_s[n]);
     edited.channels[0].values.push_back(n % 17 == 3 ? kNaN : observable[n]);  // cells cleared
   }
-  const Calibration rerun = calibrate_from_traces(strip(), {save(edited, "edited.csv")}, quick());
+  const Calibration rerun = calibrate_from_traces(
+      test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+      {save(edited, "edited.csv")},
+      quick());
   const Material& a = original.material;
   const Material& b = rerun.material;
   // a sixth of the samples less: the difference is part of either's sigma
@@ -122,7 +138,10 @@ TEST_F(Rerun, FromAnEditedTraceOrANarrowerWindowStaysClose) {
   CalibrationOptions narrow = quick();
   narrow.inversion.start_s = 0.15;
   narrow.inversion.end_s = 0.4;
-  const Calibration window = calibrate_from_traces(strip(), {whole}, narrow);
+  const Calibration window = calibrate_from_traces(
+      test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true}),
+      {whole},
+      narrow);
   EXPECT_NEAR(window.inversion.time_origin_s, 0.15, 1.0 / 240.0);
   EXPECT_LE(window.inversion.time_end_s, 0.4);
   EXPECT_NEAR(
@@ -139,7 +158,7 @@ TEST_F(Rerun, RefusesRepeatsOfDifferentColumns) {
       trace->channels[0].values.push_back(std::exp(-8.0 * t) * std::cos(kTwoPi * 50.0 * t));
     }
   }
-  Rig rig = strip();
+  Rig rig = test::sample_strip({.part = true, .clamp = true, .film = true, .observable = true});
   rig.observable.reset();
   EXPECT_TRUE(test::holds(
       test::refusal_of([&] {

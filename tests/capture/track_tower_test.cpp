@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kRow = 7;
 constexpr std::array kRows = {"base", "storey_1", "storey_2", "top"};
 // The film's edit list takes its first three pictures away; the reference counts them.
-constexpr std::size_t kCutAway = 3;
+constexpr std::size_t kTowerCutAway = 3;
 // The reference was taken at twice the film's scale.
-constexpr double kReferenceScale = 2.0;
+constexpr double kTowerReferenceScale = 2.0;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -119,7 +119,7 @@ TEST_F(TowerFilm, RowsMoveAsAnIndependentTrackerSays) {
     for (std::size_t n = 0; n < dot(row, 0).position_px.size(); ++n) {
       double mean = 0.0;
       for (std::size_t k = 0; k < kRow; ++k) mean += gone_px(row, k, n) / double(kRow);
-      const double difference = mean - other.values[n + kCutAway] / kReferenceScale;
+      const double difference = mean - other.values[n + kTowerCutAway] / kTowerReferenceScale;
       if (!std::isfinite(difference)) continue;
       sum += difference;
       square += difference * difference;

@@ -18,9 +18,7 @@
 namespace twang {
 namespace {
 
-using Eigen::Vector3d;
-
-Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
+using test::mm;
 
 /// A rig whose part is the mesh of another rig, in a file.
 struct FileRig {
@@ -35,7 +33,7 @@ struct FileRig {
   Rig rig;
 };
 
-LadderOptions small_ladder() {
+LadderOptions file_ladder() {
   LadderOptions options;
   options.max_dofs = 20000;
   options.num_frequencies = 6;
@@ -73,8 +71,8 @@ TEST(RefineUniformly, FollowsTheCurvesOfQuadraticElements) {
 TEST(FileLadder, OfABeamsMeshIsThatOfTheBeam) {
   const Rig solid = test::beam(mm(40, 10, 5), 0.3, 1000.0);
   const FileRig file(solid, 5e-3);
-  const MeshLadder of_file = build_mesh_ladder(file.rig, small_ladder());
-  const MeshLadder of_solid = build_mesh_ladder(solid, small_ladder());
+  const MeshLadder of_file = build_mesh_ladder(file.rig, file_ladder());
+  const MeshLadder of_solid = build_mesh_ladder(solid, file_ladder());
   ASSERT_GE(of_file.reference.size(), 2U);
   EXPECT_EQ(of_file.reference.front().mesh.kind, ElementKind::Hex20);
   // The same meshes by another way; what the eigensolver leaves.
@@ -92,7 +90,7 @@ TEST(FileLadder, OfABeamsMeshIsThatOfTheBeam) {
   EXPECT_NEAR(of_file.identified_over_numerical() / of_solid.identified_over_numerical(),
               1.0,
               3.0 * (of_file.limit.relative_sigma + of_solid.limit.relative_sigma));
-  const MeshLadder again = choose_again(file.rig, of_file, small_ladder());
+  const MeshLadder again = choose_again(file.rig, of_file, file_ladder());
   EXPECT_EQ(again.choice, of_file.choice);
 }
 
@@ -111,7 +109,7 @@ TEST(FileLadder, OfTwoMaterialsKnowsTheirBorder) {
   EXPECT_EQ(count_mixed_cells(surfaces, 10e-3).num_mixed,
             count_mixed_cells(solid, 10e-3).num_mixed);
   EXPECT_GT(count_mixed_cells(solid, 10e-3).num_mixed, 0);
-  const MeshLadder ladder = build_mesh_ladder(file.rig, small_ladder());
+  const MeshLadder ladder = build_mesh_ladder(file.rig, file_ladder());
   EXPECT_TRUE(ladder.stated_moduli);
   EXPECT_EQ(ladder.chosen().num_mixed_cells, 0);
   const std::vector<Material> materials = measure_virtually(file.rig, ladder);

@@ -14,9 +14,7 @@
 namespace twang {
 namespace {
 
-using Eigen::Vector3d;
-
-Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
+using test::mm;
 
 double limit_frequency_hz(const MeshLadder& ladder, double youngs_modulus_pa) {
   return std::sqrt(ladder.limit.lambda_per_s2 * youngs_modulus_pa) / kTwoPi;

@@ -17,18 +17,9 @@
 namespace twang {
 namespace {
 
-using Eigen::Vector3d;
-
-Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
-
-Rig short_beam() { return test::beam(mm(40, 10, 5), 0.3, 1000.0); }
-
-LadderOptions small_ladder() {
-  LadderOptions options;
-  options.max_dofs = 4000;
-  options.num_frequencies = 6;
-  return options;
-}
+using test::mm;
+using test::short_beam;
+using test::small_ladder;
 
 TEST(LadderOptions, DefaultsPass) { EXPECT_NO_THROW(LadderOptions{}.check()); }
 

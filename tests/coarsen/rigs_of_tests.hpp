@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "coarsen/mesh_ladder.hpp"
 #include "rigs/rig.hpp"
 
 #include <Eigen/Core>
@@ -8,6 +9,8 @@
 #include <vector>
 
 namespace twang::test {
+
+inline Eigen::Vector3d mm(double x, double y, double z) { return Eigen::Vector3d(x, y, z) * 1e-3; }
 
 /// A rig of boxes of one material without a stated modulus.
 inline Rig rig_of_boxes(const std::vector<Box>& boxes,
@@ -34,11 +37,18 @@ inline Rig beam(const Eigen::Vector3d& size, double poissons_ratio, double densi
                       density_kg_m3);
 }
 
+inline Rig short_beam() { return beam(mm(40, 10, 5), 0.3, 1000.0); }
+
+/// Bounds that end a ladder within a second.
+inline LadderOptions small_ladder() {
+  LadderOptions options;
+  options.max_dofs = 4000;
+  options.num_frequencies = 6;
+  return options;
+}
+
 /// The L-shaped calibration rig: plate, leg one cell thick at 1.5 mm, arm; 24 mm deep.
 inline Rig l_rig() {
-  const auto mm = [](double x, double y, double z) -> Eigen::Vector3d {
-    return Eigen::Vector3d(x, y, z) * 1e-3;
-  };
   return rig_of_boxes({{mm(0, 0, 0), mm(60, 24, 3)},
                        {mm(45, 0, 3), mm(46.5, 24, 19.5)},
                        {mm(7.5, 0, 19.5), mm(46.5, 24, 27)}},

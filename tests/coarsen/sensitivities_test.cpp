@@ -13,8 +13,7 @@ namespace twang {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
+using test::mm;
 
 TEST(OutwardGrowth, MakesABoxLongerByTheGrowthInEachDimension) {
   for (const ElementKind kind : {ElementKind::Hex8, ElementKind::Hex20}) {

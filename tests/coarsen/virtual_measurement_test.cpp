@@ -16,8 +16,8 @@ namespace twang {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d mm(double x, double y, double z) { return Vector3d(x, y, z) * 1e-3; }
+using test::mm;
+using test::small_ladder;
 
 constexpr double kStated_pa = 1.7e9;
 constexpr double kB_s = 3e-5;
@@ -27,13 +27,6 @@ Rig stated_beam() {
   rig.materials.front().youngs_modulus_pa = kStated_pa;
   rig.sha256 = "0123";
   return rig;
-}
-
-LadderOptions small_ladder() {
-  LadderOptions options;
-  options.max_dofs = 4000;
-  options.num_frequencies = 6;
-  return options;
 }
 
 double first_lambda(Rig rig, const MeshLadder& ladder, double modulus_pa) {
