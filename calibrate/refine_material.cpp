@@ -117,6 +117,8 @@ double correlation_with_next(const VectorXd& residual) {
 void check_column(const Rig& rig,
                   const RefinedRecording& recording,
                   const TraceFollower& follower) {
+  if (const std::string fault = column_fault(rig, recording.column); !fault.empty())
+    throw InputError(fmt::format("the trace's column {} {}", recording.column, fault));
   if (follower.observable().is_rigs_own()) return;
   throw InputError(fmt::format(
       "{}: [observable] is missing, must say where {} was seen: how large a motion is decides how "

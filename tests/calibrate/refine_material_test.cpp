@@ -149,7 +149,9 @@ struct SwingingRig {
       trace.time_s.push_back(t);
       trace.channels[0].values.push_back(0.1 * std::exp(-5.0 * t) * std::cos(kTwoPi * 20.0 * t));
     }
-    inversion = invert_harmonics(trace, {"observable_rad"}, {.start_s = 0.0});
+    InversionOptions window;
+    window.start_s = 0.0;
+    inversion = invert_harmonics(trace, {"observable_rad"}, window);
   }
 };
 
