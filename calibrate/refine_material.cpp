@@ -46,13 +46,18 @@ class FollowCost : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    if (m_stopped) return false;
-    try {
-      return evaluate(from_blocks(blocks[0], blocks[1]), residuals, jacobians);
-    } catch (...) {
-      m_stopped = std::current_exception();
-      return false;
+    if (!m_stopped) {
+      try {
+        return evaluate(from_blocks(blocks[0], blocks[1]), residuals, jacobians);
+      } catch (...) {
+        m_stopped = std::current_exception();
+      }
     }
+    // Ceres, which would print a line of its own about a failure, is led to its end: all is zero.
+    std::fill_n(residuals, num_residuals(), 0.0);
+    for (std::size_t k = 0; jacobians != nullptr && k < 2; ++k)
+      if (jacobians[k] != nullptr) std::fill_n(jacobians[k], 2 * num_residuals(), 0.0);
+    return true;
   }
 
  private:
@@ -64,7 +69,7 @@ class FollowCost : public ceres::CostFunction {
     Eigen::Map<VectorXd>(residuals, n) = weighed(samples.value - values->simulated, samples);
     if (jacobians == nullptr) return true;
     const std::optional<MatrixXd> columns = m_residuals.derivatives(p);
-    if (!columns) return false;
+    if (!columns) throw NumericalFailure(m_residuals.message());
     const MatrixXd all = -weighed(*columns, samples);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
     if (jacobians[0] != nullptr)

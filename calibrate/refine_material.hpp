@@ -77,7 +77,8 @@ struct RefinedMaterial {
 /// @param material  the linear estimate: E_n, b, a, nu and rho are used
 /// @param mode      of `coarse` that the strongest sinusoid is, from 0
 /// @throws InputError if a trace has too few samples or less than a period in its window, or its
-/// column is nothing whose place on the mesh is known; Cancelled
+/// column is nothing whose place on the mesh is known; NumericalFailure if a simulation beside one
+/// that came to its end does not; Cancelled
 [[nodiscard]] RefinedMaterial refine_material(const Rig& rig,
                                               const MeshRung& coarse,
                                               const Material& material,
