@@ -35,6 +35,7 @@ struct CalibrateCommand {
   std::string element = "hex8";
   bool no_validation = false;
   bool each_release = false;
+  bool refine = false;
   std::optional<int> mode;
   TrackFlags track;
   InversionFlags inversion;
@@ -57,6 +58,7 @@ CalibrationOptions options_of(const CalibrateCommand& command, const OutputFolde
   options.track = command.track.options();
   options.validate = !command.no_validation;
   options.each_release = command.each_release;
+  options.refine = command.refine;
   if (command.mode) {
     if (*command.mode < 1)
       throw InputError(fmt::format("--mode is {}, must be 1 or more", *command.mode));
@@ -90,6 +92,18 @@ std::string remarks(const Calibration& calibration) {
         "identified E is {} from the reported one\n",
         percent(material.youngs_modulus_identified_pa / *material.reported_youngs_modulus_pa -
                 1.0));
+  }
+  if (material.refinement) {
+    const Refinement& change = *material.refinement;
+    text += fmt::format(
+        "refined by the nonlinear simulation: E {:+.2f} ± {:.2f} %, b {:+.2f} ± {:.2f} %; rms {} "
+        "(linear: {})\n",
+        100.0 * change.modulus_change_rel,
+        100.0 * change.modulus_sigma_rel,
+        100.0 * change.damping_change_rel,
+        100.0 * change.damping_sigma_rel,
+        percent(change.residual_rel),
+        percent(change.linear_residual_rel));
   }
   if (calibration.validation && calibration.validation->run.usable()) {
     const ValidationFigures& figures = material.validation;
@@ -181,6 +195,9 @@ void add_calibrate_command(CLI::App& cli) {
       command->mode,
       "eigenmode of the part that the strongest sinusoid is, from 1; default: chosen by "
       "frequency ratios and the markers' motion");
+  sub->add_flag("--refine",
+                command->refine,
+                "E and b by the nonlinear simulation of the coarse mesh: large motions");
   sub->add_flag(
       "--no-validation", command->no_validation, "do not simulate the coarse mesh over the trace");
   command->track.add_to(*sub);

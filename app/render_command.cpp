@@ -107,6 +107,9 @@ void add_render_command(CLI::App& cli) {
       ->required();
   sub->add_option("--dx", command->dx_mm, "cell size [mm]; default: the smallest edge of the part");
   sub->add_option("--element", command->element, "hex8, hex20 or hex8e")->capture_default_str();
+  sub->add_flag("--nonlinear",
+                command->options.nonlinear,
+                "simulate it with large deflections instead of a sum of modes");
   sub->add_option("--amplitude", command->options.amplitude, "factor on the rig's release")
       ->capture_default_str();
   sub->add_option("--hold", command->options.hold_s, "held before the release [s]")

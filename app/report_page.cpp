@@ -205,6 +205,38 @@ ReportSection validation_section(const Validation& validation, bool rigs_own) {
   return section;
 }
 
+ReportSection refinement_section(const Refinement& change, const std::string& unit) {
+  ReportSection section;
+  section.title = "Refined by the nonlinear simulation";
+  section.paragraphs.push_back(fmt::format(
+      "The linear estimate takes the motion for a sum of damped sinusoids, which a large one is "
+      "not. E_n and b were fitted anew so that the coarse mesh, let go at up to {} {} and "
+      "simulated "
+      "with large deflections, follows {} samples of the first {} periods; amplitude, phase and "
+      "offset were fitted beside them. {} simulations. E goes with E_n.",
+      rounded_text(change.amplitude, 3),
+      unit,
+      change.samples,
+      rounded_text(change.periods, 3),
+      change.simulations));
+  TextTable table;
+  table.head = {"quantity", "linear", "change", "one sigma"};
+  table.rows = {{"E_n",
+                 modulus_text(change.linear_youngs_modulus_numerical_pa),
+                 percent(change.modulus_change_rel),
+                 percent(change.modulus_sigma_rel)},
+                {"b",
+                 rounded_text(change.linear_damping_stiffness_b_s * 1e3, 4) + " ms",
+                 percent(change.damping_change_rel),
+                 percent(change.damping_sigma_rel)},
+                {"rms difference over the amplitude",
+                 percent(change.linear_residual_rel),
+                 "now " + percent(change.residual_rel),
+                 ""}};
+  section.tables.push_back(std::move(table));
+  return section;
+}
+
 ReportSection numbers_section(const Calibration& calibration) {
   const Material& material = calibration.material;
   const UncertaintyBudget& budget = material.uncertainty;
@@ -302,6 +334,9 @@ ReportContent report_page(const Rig& rig, const Calibration& calibration) {
   }
   content.sections.push_back(mode_section(calibration));
   content.sections.push_back(ladder_section(calibration));
+  if (material.refinement) {
+    content.sections.push_back(refinement_section(*material.refinement, material.amplitude_unit));
+  }
   if (calibration.validation && calibration.validation->run.usable()) {
     content.sections.push_back(
         validation_section(*calibration.validation, rig.observable.has_value()));

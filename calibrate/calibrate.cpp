@@ -227,6 +227,21 @@ void warn_about_aliases(const Calibration& calibration,
   warnings.insert(warnings.end(), found.begin(), found.end());
 }
 
+/// E_n, b and, in E_n's ratio, E as the nonlinear simulation finds them.
+void refine(const Rig& rig, const CalibrationOptions& options, Calibration& calibration) {
+  std::vector<RefinedRecording> recordings;
+  for (const Repeat& repeat : calibration.repeats)
+    recordings.push_back({&repeat.trace, repeat.columns.front(), &repeat.inversion});
+  RefineMaterialOptions refinement;
+  refinement.progress = options.progress;
+  Material& material = calibration.material;
+  calibration.refined = refine_material(
+      rig, calibration.ladder.coarse, material, recordings, calibration.coarse_mode, refinement);
+  const RefinedMaterial& refined = *calibration.refined;
+  if (!refined.usable()) throw NumericalFailure(refined.message);
+  detail::take_refinement(refined, material);
+}
+
 /// A release is a repeat of its own; the film stays with the first.
 std::vector<Repeat> cut_recordings(const std::vector<Repeat>& recordings,
                                    const InversionOptions& options) {
@@ -287,6 +302,7 @@ Calibration calibrate_repeats(const Rig& rig,
 
   calibration.sensitivities = sensitivities_of(rig, calibration);
   calibration.material = detail::material_of(rig, unknown, calibration);
+  if (options.refine) refine(rig, options, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
     calibration.validation = validate_against_trace(rig,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "calibrate/choose_mode.hpp"
+#include "calibrate/refine_material.hpp"
 #include "calibrate/validate.hpp"
 #include "capture/track_markers.hpp"
 #include "coarsen/fit_material.hpp"
@@ -35,6 +36,7 @@ struct CalibrationOptions {
   bool each_release = false;
   /// The eigenmode that the strongest sinusoid is, from 0; absent: chosen, see `choose_mode`.
   std::optional<int> mode = {};
+  bool refine = false;  ///< E_n, E and b by the nonlinear simulation, see `refine_material`
 };
 
 /// One recording on its way through the line, or one release of it.
@@ -65,6 +67,7 @@ struct Calibration {
   ModeChoice mode;                       ///< that the fundamental is, of the finest reference mesh
   int coarse_mode = 0;                   ///< the same of the coarse mesh, from 0
   RichardsonLimit limit;                 ///< of that mode
+  std::optional<RefinedMaterial> refined;  ///< if that was asked for; in `material` already
 };
 
 /// The inversion of all repeats with that of each, decay checks and all.

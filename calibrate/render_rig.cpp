@@ -2,6 +2,7 @@
 #include "calibrate/render_rig.hpp"
 
 #include "calibrate/simulated_observable.hpp"
+#include "calibrate/simulated_release.hpp"
 #include "coarsen/fit_material.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace twang {
@@ -113,8 +115,7 @@ Eigen::VectorXd held_amplitudes(const Rig& rig,
 /// Sees the moving mesh as the camera does.
 class Scene {
  public:
-  Scene(const Rig& rig, const HexMesh& mesh, const ModalMotion& motion)
-      : m_rig(&rig), m_mesh(&mesh), m_motion(&motion) {
+  Scene(const Rig& rig, const HexMesh& mesh) : m_rig(&rig), m_mesh(&mesh) {
     for (const Marker& marker : rig.markers) {
       m_points.push_back(marker.fixed ? MeshPoint{} : locate(mesh, marker.position));
     }
@@ -128,8 +129,16 @@ class Scene {
     }
   }
 
-  [[nodiscard]] FilmedState at(double time_s) const {
-    const Eigen::VectorXd u = m_motion->displacement(time_s);
+  /// What is looked at, ascending.
+  [[nodiscard]] std::vector<int> nodes() const {
+    std::set<int> seen;
+    for (const MeshPoint& point : m_points) seen.insert(point.nodes.begin(), point.nodes.end());
+    for (const auto& face : m_faces) seen.insert(face.begin(), face.end());
+    return {seen.begin(), seen.end()};
+  }
+
+  /// @param u  of every node (3 num_nodes) [m]
+  [[nodiscard]] FilmedState with(const Eigen::VectorXd& u) const {
     FilmedState state;
     const Eigen::Vector3d right = m_rig->camera->image_right;
     const Eigen::Vector3d up = -m_rig->camera->image_down;
@@ -155,10 +164,38 @@ class Scene {
  private:
   const Rig* m_rig;
   const HexMesh* m_mesh;
-  const ModalMotion* m_motion;
   std::vector<MeshPoint> m_points;
   std::vector<std::array<int, 4>> m_faces;
 };
+
+/// Displacement of the nodes that are seen at a time of the film (3 num_nodes) [m].
+using Displacement = std::function<Eigen::VectorXd(double time_s)>;
+
+Displacement modal_motion(const Rig& rig,
+                          const ElasticBody& body,
+                          const MeshRung& rung,
+                          const ElasticMaterial& material,
+                          const PluckTimes& times,
+                          const RenderOptions& options) {
+  const Eigen::VectorXd amplitudes = held_amplitudes(rig, body, rung, options.amplitude);
+  return [motion = ModalMotion(rung.modes, amplitudes, material, times)](double time_s) {
+    return motion.displacement(time_s);
+  };
+}
+
+Displacement simulated_motion(const Rig& rig,
+                              const MeshRung& rung,
+                              const ElasticMaterial& material,
+                              const std::vector<int>& nodes,
+                              const RenderOptions& options) {
+  SimulatedReleaseOptions release;
+  release.factor = options.amplitude;
+  release.duration_s = options.film.duration_s - options.hold_s;
+  release.frequency_hz = rung.modes.natural_frequency_hz(0);
+  release.progress = options.progress;
+  return [motion = simulate_release(rig, rung.mesh, rung.held_nodes, material, nodes, release),
+          hold_s = options.hold_s](double time_s) { return motion.displacement(time_s - hold_s); };
+}
 
 }  // namespace
 
@@ -183,6 +220,9 @@ void RenderOptions::check() const {
                     hold_s + pull_s,
                     film.duration_s / plucks,
                     plucks));
+  }
+  if (nonlinear && plucks > 1) {
+    throw InputError(fmt::format("plucks is {}, must be 1 for a nonlinear simulation", plucks));
   }
   if (num_modes < 1) throw InputError(fmt::format("num_modes is {}, must be >= 1", num_modes));
   film.check();
@@ -210,13 +250,14 @@ RenderTruth render_rig(const Rig& rig,
   rung.modes = compute_eigenmodes(body, rung.held_nodes, eigen);
   if (!rung.modes.usable()) throw NumericalFailure(rung.modes.message);
 
-  const Eigen::VectorXd amplitudes = held_amplitudes(rig, body, rung, options.amplitude);
   PluckTimes times{{}, options.hold_s, options.pull_s};
   for (int i = 0; i < options.plucks; ++i) {
     times.releases_s.push_back(options.hold_s + i * options.film.duration_s / options.plucks);
   }
-  const ModalMotion motion(rung.modes, amplitudes, material, times);
-  const Scene scene(rig, rung.mesh, motion);
+  const Scene scene(rig, rung.mesh);
+  const Displacement displacement =
+      options.nonlinear ? simulated_motion(rig, rung, material, scene.nodes(), options)
+                        : modal_motion(rig, body, rung, material, times, options);
   FilmOptions film = options.film;
   film.progress = options.progress;
 
@@ -228,12 +269,13 @@ RenderTruth render_rig(const Rig& rig,
   truth.frequency_hz = first.frequency_hz;
   truth.decay_per_s = first.decay_per_s;
   truth.hold_s = options.hold_s;
+  truth.nonlinear = options.nonlinear;
   truth.releases_s = times.releases_s;
   truth.num_elements = rung.mesh.num_elements();
   truth.dx_m = rung.mesh.requested_dx_m;
   truth.observable_at_release = kNaN;
   if (rig.observable) {
-    const double si = SimulatedObservable(rig, rung).evaluate(motion.displacement(0.0));
+    const double si = SimulatedObservable(rig, rung).evaluate(displacement(0.0));
     truth.observable_at_release =
         rig.observable->kind == ObservableKind::Displacement ? si * kMillimetresPerMetre : si;
   }
@@ -248,7 +290,7 @@ RenderTruth render_rig(const Rig& rig,
   truth.youngs_modulus_limit_pa =
       rung.modes.lambda_per_s2[0] / build_mesh_ladder(unit_rig, ladder).limit.lambda_per_s2;
   truth.film = render_film(
-      rig, [&](double time_s) { return scene.at(time_s); }, video, film);
+      rig, [&](double time_s) { return scene.with(displacement(time_s)); }, video, film);
   return truth;
 }
 
@@ -267,6 +309,7 @@ std::string truth_to_json(const Rig& rig, const RenderTruth& truth) {
       {"observable_at_release", truth.observable_at_release},
       {"dx_mm", truth.dx_m * kMillimetresPerMetre},
       {"elements", truth.num_elements},
+      {"nonlinear", truth.nonlinear},
       {"mm_per_px", truth.film.mm_per_px},
   };
   nlohmann::ordered_json markers;

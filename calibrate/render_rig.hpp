@@ -25,7 +25,10 @@ struct RenderOptions {
   ProgressCallback progress = {};
   int plucks = 1;       ///< evenly over the film; before each but the first it is pulled slowly
   double pull_s = 0.2;  ///< that long [s]
-  void check() const;   ///< throws InputError naming field, value, allowed range
+  /// Simulated (neo-Hookean, see `simulate_release`) instead of a sum of modes: right at large
+  /// amplitude, and as long as it takes.
+  bool nonlinear = false;
+  void check() const;  ///< throws InputError naming field, value, allowed range
 };
 
 /// What a synthetic film was made from: the answer a calibration of it must find.
@@ -42,11 +45,12 @@ struct RenderTruth {
   double dx_m = 0.0;
   FilmTruth film;
   std::vector<double> releases_s;  ///< when it is let go, once a pluck [s]
+  bool nonlinear = false;
 };
 
 /// Renders a film of the rig let go from its release: linear modes of a reference mesh, each
-/// decaying by eq. (14), held before and free after, once or several times. Linear: right at small
-/// amplitude, which the film's truth assumes.
+/// decaying by eq. (14), held before and free after, once or several times; or, if that is asked
+/// for, its nonlinear simulation. The truth's f and d are those of a small motion in both cases.
 ///
 /// @param material  E, nu, rho and b that the part is to have
 /// @throws InputError if the rig lacks part, clamp, release, markers or camera; NumericalFailure;

@@ -4,6 +4,8 @@
 #include "core/units.hpp"
 #include "rigs/observable.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace twang {
@@ -48,6 +50,14 @@ double SimulatedObservable::linearized(const Eigen::VectorXd& field) const {
     }
   }
   return change;
+}
+
+std::string column_fault(const Rig& rig, const std::string& column) {
+  if (!rig.observable) return {};
+  const std::string own = observable_column(rig.observable->kind);
+  bool other = column.starts_with("observable_") && column != own;
+  for (const Marker& marker : rig.markers) other = other || column.starts_with(marker.id + ".");
+  return other ? fmt::format("is not the rig's observable, must be {}", own) : std::string();
 }
 
 double si_per_column_unit(const std::string& column) {

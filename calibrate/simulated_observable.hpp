@@ -42,6 +42,11 @@ class SimulatedObservable {
   Eigen::Vector3d m_direction = Eigen::Vector3d::Zero();
 };
 
+/// Why a column of a trace is not what `SimulatedObservable` is, a few words that follow on its
+/// name: another observable or a marker's coordinate where the rig states its observable. Empty: it
+/// may be.
+[[nodiscard]] std::string column_fault(const Rig& rig, const std::string& column);
+
 /// SI units per unit of a trace column, by its suffix: 1e-3 for `_mm`, 1 for `_m`, `_rad` and
 /// unknown ones, pi/180 for
 /// `_deg`.

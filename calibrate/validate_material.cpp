@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/validate_material.hpp"
 
+#include "calibrate/simulated_observable.hpp"
 #include "coarsen/mesh_ladder.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr int kNumModes = 10;  // of the mesh, among which the signal's sinusoids find their shapes
 
-std::string column_of(const Rig& rig, const Trace& trace, const std::string& wanted) {
+std::string found_column(const Rig& rig, const Trace& trace, const std::string& wanted) {
   if (!wanted.empty()) {
     if (trace.find(wanted) == nullptr)
       throw InputError(fmt::format("the trace has no column \"{}\"", wanted));
@@ -31,6 +32,13 @@ std::string column_of(const Rig& rig, const Trace& trace, const std::string& wan
   const std::vector<std::string> columns = default_columns(trace);
   if (columns.empty()) throw InputError("the trace has no column to compare with");
   return columns.front();
+}
+
+std::string column_of(const Rig& rig, const Trace& trace, const std::string& wanted) {
+  std::string column = found_column(rig, trace, wanted);
+  if (const std::string fault = column_fault(rig, column); !fault.empty())
+    throw InputError(fmt::format("the trace's column {} {}", column, fault));
+  return column;
 }
 
 /// The rig's mesh for the material, at E = 1 Pa.

@@ -42,6 +42,22 @@ struct ValidationFigures {
   double decay_error_rel = kNaN;      ///< simulated over tracked decay, minus one [-]
 };
 
+/// What following the trace with the nonlinear simulation changed in a linear estimate.
+struct Refinement {
+  double linear_youngs_modulus_numerical_pa = kNaN;  ///< E_n before [Pa]
+  double linear_damping_stiffness_b_s = kNaN;        ///< b before [s]
+  double modulus_change_rel = kNaN;                  ///< of E_n and E, over that before [-]
+  double modulus_sigma_rel = kNaN;                   ///< one sigma of E_n by this fit, over E_n [-]
+  double damping_change_rel = kNaN;                  ///< of b [-]
+  double damping_sigma_rel = kNaN;                   ///< one sigma of b by this fit, over b [-]
+  double periods = kNaN;                             ///< of the motion followed, of each recording
+  double amplitude = kNaN;            ///< the largest at a start, in the observable's unit
+  double residual_rel = kNaN;         ///< rms difference left, over the amplitude [-]
+  double linear_residual_rel = kNaN;  ///< rms difference before [-]
+  int samples = 0;
+  int simulations = 0;
+};
+
 /// An input of a result, named and fingerprinted.
 struct ProvenanceInput {
   std::string file;
@@ -87,8 +103,9 @@ struct Material {
   ValidationFigures validation;
   std::map<std::string, std::string> specimen;  ///< free text carried over from the rig
   Provenance provenance;
-  int eigenmode = 1;             ///< of the mesh that was tracked, from 1
-  std::string eigenmode_reason;  ///< why that one, one sentence; may be empty
+  int eigenmode = 1;                     ///< of the mesh that was tracked, from 1
+  std::string eigenmode_reason;          ///< why that one, one sentence; may be empty
+  std::optional<Refinement> refinement;  ///< if E, E_n and b are not the linear estimate's
 };
 
 }  // namespace twang

@@ -37,6 +37,39 @@ Provenance provenance_from(const ObjectReader& reader) {
   return provenance;
 }
 
+Json json_of(const Refinement& refinement) {
+  return {{"linear_youngs_modulus_numerical_pa", refinement.linear_youngs_modulus_numerical_pa},
+          {"linear_damping_stiffness_b_s", refinement.linear_damping_stiffness_b_s},
+          {"modulus_change_rel", refinement.modulus_change_rel},
+          {"modulus_sigma_rel", refinement.modulus_sigma_rel},
+          {"damping_change_rel", refinement.damping_change_rel},
+          {"damping_sigma_rel", refinement.damping_sigma_rel},
+          {"periods", refinement.periods},
+          {"amplitude", refinement.amplitude},
+          {"residual_rel", refinement.residual_rel},
+          {"linear_residual_rel", refinement.linear_residual_rel},
+          {"samples", refinement.samples},
+          {"simulations", refinement.simulations}};
+}
+
+Refinement refinement_from(const ObjectReader& reader) {
+  Refinement refinement;
+  refinement.linear_youngs_modulus_numerical_pa =
+      reader.positive("linear_youngs_modulus_numerical_pa");
+  refinement.linear_damping_stiffness_b_s = reader.non_negative("linear_damping_stiffness_b_s");
+  refinement.modulus_change_rel = reader.number("modulus_change_rel");
+  refinement.modulus_sigma_rel = reader.number("modulus_sigma_rel");
+  refinement.damping_change_rel = reader.number("damping_change_rel");
+  refinement.damping_sigma_rel = reader.number("damping_sigma_rel");
+  refinement.periods = reader.number("periods");
+  refinement.amplitude = reader.number("amplitude");
+  refinement.residual_rel = reader.number("residual_rel");
+  refinement.linear_residual_rel = reader.number("linear_residual_rel");
+  refinement.samples = reader.count("samples");
+  refinement.simulations = reader.count("simulations");
+  return refinement;
+}
+
 }  // namespace
 
 std::string material_to_json(const Material& material) {
@@ -93,6 +126,7 @@ std::string material_to_json(const Material& material) {
   if (material.reported_youngs_modulus_pa) {
     json["reported_youngs_modulus_pa"] = *material.reported_youngs_modulus_pa;
   }
+  if (material.refinement) json["refinement"] = json_of(*material.refinement);
   // A file name or an option may hold bytes that are not UTF-8; JSON cannot.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -160,6 +194,7 @@ Material read_material(const std::filesystem::path& path) {
   material.validation = {validation.number("rms_rel"),
                          validation.number("frequency_error_rel"),
                          validation.number("decay_error_rel")};
+  if (reader.has("refinement")) material.refinement = refinement_from(reader.object("refinement"));
   if (reader.has("specimen")) material.specimen = reader.texts("specimen");
   material.provenance = provenance_from(reader.object("provenance"));
   return material;

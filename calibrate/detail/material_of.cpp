@@ -109,6 +109,18 @@ Material material_of(const Rig& rig, const RigMaterial& unknown, const Calibrati
   return material;
 }
 
+void take_refinement(const RefinedMaterial& refined, Material& material) {
+  material.youngs_modulus_numerical_pa = refined.youngs_modulus_numerical_pa;
+  material.youngs_modulus_identified_pa *= 1.0 + refined.change.modulus_change_rel;
+  material.uncertainty.statistical = refined.modulus_sigma_rel;
+  material.youngs_modulus_identified_sigma_pa =
+      material.youngs_modulus_identified_pa * material.uncertainty.total();
+  material.damping_stiffness_b_s = refined.damping_stiffness_b_s;
+  material.damping_stiffness_b_sigma_s = refined.damping_stiffness_b_s * refined.damping_sigma_rel;
+  material.tan_delta = material.damping_stiffness_b_s * std::sqrt(material.lambda_per_s2);
+  material.refinement = refined.change;
+}
+
 Provenance provenance_of(const Rig& rig,
                          const std::vector<Repeat>& repeats,
                          const CalibrationOptions& options) {
@@ -139,6 +151,7 @@ Provenance provenance_of(const Rig& rig,
   used["end_s"] = fmt::format("{}", repeats.front().inversion.time_end_s);
   if (options.mode) used["mode"] = fmt::format("{}", *options.mode + 1);
   if (options.each_release) used["each_release"] = "true";
+  if (options.refine) used["refine"] = "true";
   if (options.track.capture_fps)
     used["capture_fps"] = fmt::format("{}", *options.track.capture_fps);
   if (options.inversion.band_hz) {

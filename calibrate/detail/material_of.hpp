@@ -13,6 +13,10 @@ namespace twang::detail {
                                    const RigMaterial& unknown,
                                    const Calibration& calibration);
 
+/// Puts what a refinement found in place of the linear estimate: E goes with E_n, the statistical
+/// part of the budget is the refinement's.
+void take_refinement(const RefinedMaterial& refined, Material& material);
+
 /// Version, date, the files read and the options as used.
 [[nodiscard]] Provenance provenance_of(const Rig& rig,
                                        const std::vector<Repeat>& repeats,

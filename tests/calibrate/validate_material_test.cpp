@@ -96,6 +96,11 @@ TEST(ValidateMaterial, RefusesAnotherMeshAndWhatIsNotThere) {
   MaterialValidationOptions column;
   column.column = "tip.q_mm";
   EXPECT_TRUE(holds(refusal(material_of_mesh(), column), "no column \"tip.q_mm\""));
+  Trace angles = trace;
+  angles.channels[0].name = "observable_rad";
+  EXPECT_TRUE(holds(
+      refusal_of([&] { static_cast<void>(validate_material(rig, material_of_mesh(), angles)); }),
+      "observable_rad is not the rig's observable, must be observable_mm"));
   Material none = material_of_mesh();
   none.youngs_modulus_numerical_pa = kNaN;
   EXPECT_TRUE(holds(refusal(none, {}), "lacks its numerical modulus"));

@@ -47,6 +47,8 @@ Material distinct_material() {
   m.amplitude_unit = "rad";
   m.eigenmode = 3;
   m.eigenmode_reason = "the markers move as in it";
+  m.refinement =
+      Refinement{1.1e9, 3.1e-4, -0.031, 0.0032, 0.033, 0.0034, 9.5, 0.35, 0.0036, 0.037, 381, 13};
   m.uncertainty = {0.011, 0.012, 0.013, 0.014, 0.015, 0.016, 0.017};
   m.validation = {0.021, -0.022, 0.023};
   m.specimen = {{"batch", "A7"}, {"note", "Größe \"5\""}};
@@ -84,6 +86,9 @@ void expect_equal(const Material& found, const Material& expected) {
   EXPECT_EQ(found.amplitude_unit, expected.amplitude_unit);
   EXPECT_EQ(found.eigenmode, expected.eigenmode);
   EXPECT_EQ(found.eigenmode_reason, expected.eigenmode_reason);
+  ASSERT_TRUE(found.refinement.has_value());
+  EXPECT_EQ(found.refinement->modulus_change_rel, expected.refinement->modulus_change_rel);
+  EXPECT_EQ(found.refinement->damping_sigma_rel, expected.refinement->damping_sigma_rel);
   EXPECT_EQ(found.uncertainty.statistical, expected.uncertainty.statistical);
   EXPECT_EQ(found.uncertainty.repeats, expected.uncertainty.repeats);
   EXPECT_EQ(found.uncertainty.mesh, expected.uncertainty.mesh);
@@ -159,8 +164,12 @@ TEST(MaterialFile, WritesBytesThatAreNotUtf8AsReplacementCharacters) {
 
 TEST(MaterialFile, RefusesAFileThatLacksAnyKeyOfTheContract) {
   const json sound = json::parse(material_to_json(distinct_material()));
-  const std::set<std::string> optional = {
-      "specimen", "amplitude_unit", "reported_youngs_modulus_pa", "eigenmode", "eigenmode_reason"};
+  const std::set<std::string> optional = {"specimen",
+                                          "amplitude_unit",
+                                          "reported_youngs_modulus_pa",
+                                          "eigenmode",
+                                          "eigenmode_reason",
+                                          "refinement"};
   const TemporaryFolder folder;
   int refused = 0;
   for (const auto& [key, value] : sound.items()) {
