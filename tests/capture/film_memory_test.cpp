@@ -35,7 +35,7 @@ double peak_memory(const std::function<void()>& work) {
   return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
-TEST(TrackMarkers, MemoryGrowsByTheTraceAndNoMore) {
+TEST(TrackerMemory, GrowsByTheTraceAndNoMore) {
   // Six frames a period without damping: the film goes round.
   const Rig rig = strip_rig();
   const StripMotion motion{.amplitude_m = 2e-3, .decay_per_s = 0.0, .release_s = 0.0};
