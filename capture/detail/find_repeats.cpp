@@ -25,9 +25,9 @@ constexpr double kLightStood = 2.5;
 constexpr double kRipple = 3.0;
 constexpr double kAway = 4.5;         // standard errors between a repeat and its proper place
 constexpr double kAwayCopied = 5.0;   // where a coder may have left an honest picture as it was
-constexpr double kCopied_px = 0.16;   // of motion that coders leave out of an honest picture
-constexpr double kSpeaks = 1.0;       // odds of the coder from which it does, as a logarithm
-constexpr double kSamePlace = 0.5;    // error between two codings of one picture over a sample's
+constexpr double kCopied_px = 0.22;   // of motion that coders leave out of an honest picture
+constexpr double kCoderSpeaks = 1.0;  // odds of the coder from which it does, as a logarithm
+constexpr double kTwoCodings = 0.5;   // error between two codings of one picture over a sample's
 constexpr double kOnPath = 4.0;       // standard errors within which a sample is where it should be
 constexpr double kOnset = 0.01;       // of the range, the error of a fit where the motion begins
 constexpr double kSideFits = 0.02;    // of the range, the residual of one side alone
@@ -35,12 +35,12 @@ constexpr double kEnough = 0.55;      // how many of the moving must differ
 constexpr double kThen = 0.25;        // of the step that is missing, the error before it
 constexpr double kAsGood = 2.0;       // ratio of residuals
 constexpr double kExplains = 0.15;    // of what a frame is off by another motion, the residual
-constexpr double kRoughly = 0.03;     // of the range, the residual of a fit that says anything
-constexpr double kCoarse = 6.0;       // or over the floor
-constexpr double kStandsStill = 0.3;  // of the step that is missing, done
-constexpr double kStandsBack = 0.7;   // or undone
-constexpr double kMuchBetter = 0.4;   // ratio of residuals
-constexpr double kFitsWell = 0.01;    // below this there is nothing to be had by another clock
+constexpr double kFitsRoughly = 0.03;      // of the range, the residual of a fit that says anything
+constexpr double kCoarse = 6.0;            // or over the floor
+constexpr double kDone = 0.3;              // of the step that is missing, done
+constexpr double kUndone = 0.7;            // or undone
+constexpr double kMuchBetter = 0.4;        // ratio of residuals
+constexpr double kFitsWell = 0.01;         // below this there is nothing to be had by another clock
 constexpr std::size_t kLongestPeriod = 6;  // of a converter: 25 frames from 30
 constexpr double kFits = 0.1;              // residual over the range of motion
 
@@ -246,7 +246,7 @@ class RepeatFinder {
     LocalFit::Expected now = fit.at(0.0);
     const LocalFit::Expected then = fit.at(origin_time);
     const double range_here = m_witnesses.range(path, frame, Witness::NoRepeat);
-    if (fit.residual > std::max(kRoughly * range_here, kCoarse * path.floor)) return false;
+    if (fit.residual > std::max(kFitsRoughly * range_here, kCoarse * path.floor)) return false;
     const double way = now.at - path.at(origin);
     const double missing = std::abs(way);
     if (m_witnesses.begin_or_end(path, frame))
@@ -256,13 +256,13 @@ class RepeatFinder {
     }
     const double done = path.at(frame) - path.at(origin);
     const double off = (now.at - path.at(frame)) / now.error;
-    const double moved = done / (kSamePlace * now.error);
+    const double moved = done / (kTwoCodings * now.error);
     const double says = evidence(frame);
     const double then_off = std::abs(then.at - path.at(origin));
-    const bool copied = missing < path.stood && says < kSpeaks;
+    const bool copied = missing < path.stood && says < kCoderSpeaks;
     const double away = copied ? kAwayCopied : kAway;
-    return (!copied || missing > path.copied) && done * way < kStandsStill * way * way &&
-           done * way > -kStandsBack * way * way &&
+    return (!copied || missing > path.copied) && done * way < kDone * way * way &&
+           done * way > -kUndone * way * way &&
            off * off - moved * moved + 2.0 * says > away * away &&
            then_off < std::max(kOnPath * then.error, kThen * missing);
   }

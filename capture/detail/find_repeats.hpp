@@ -23,7 +23,7 @@ namespace twang::detail {
 ///
 /// Where nothing moves by a few standard errors, nothing is called a repeat. Nor is a frame that a
 /// coder may have left as it was: where it spends little, before a picture coded by itself, or
-/// where the marker should have moved by less than 0.16 px and the coder does not speak for a
+/// where the marker should have moved by less than 0.22 px and the coder does not speak for a
 /// repeat. Pictures around that are alike say how far such ones are off. A lamp's ripple is told as
 /// a marker's motion is, up to the film's ends, and clears a frame in which it went on.
 /// @param likeness  one a frame
