@@ -4,7 +4,7 @@
 // shapes that must agree; where these two criteria choose different meshes, how far the motions of
 // the two are apart.
 //
-//   coarsened_modes RIG... [--max-dofs 700000] [--growth 3] [--modes 4 10] [--frequencies]
+//   coarsened_modes RIG... [--max-dofs 450000] [--growth 4] [--modes 4 10] [--frequencies]
 #include "coarsen/fit_material.hpp"
 #include "coarsen/mesh_ladder.hpp"
 #include "core/constants.hpp"

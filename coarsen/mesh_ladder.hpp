@@ -30,13 +30,13 @@ struct LadderOptions {
   double shape_tolerance = 0.05;  ///< mode distance up to which a coarser mesh is taken [-]
   int num_modes = 4;              ///< dominant modes whose shapes must agree
   int num_frequencies = 10;       ///< modes computed and reported
-  long max_dofs = 700000;         ///< unknowns the hex20 reference may reach; a start above it is
+  long max_dofs = 450000;         ///< unknowns the hex20 reference may reach; a start above it is
                                   ///< coarsened
   std::optional<double> coarse_dx_m;  ///< the coarse mesh wanted, compared all the same; absent:
                                       ///< chosen [m]
   ProgressCallback progress = {};
   ElementKind coarse_element = ElementKind::Hex8;  ///< of the coarse mesh: hex8 or hex8e
-  double enhanced_growth = 3.0;  ///< hex8e goes on where hex20 ends before it is convergent, up to
+  double enhanced_growth = 4.0;  ///< hex8e goes on where hex20 ends before it is convergent, up to
                                  ///< so many times max_dofs; 0: not at all [-]
   bool beside = false;           ///< compare the other element on the cells chosen, too
   void check() const;
