@@ -5,8 +5,8 @@
 //   modes RIG [--dx-mm 1.5 0.75 0.375] [--element hex8] [--count 10] [--free] [--max-factor-gb 12]
 //         [--reference-dx-mm 1.5 0.75]
 //
-// With --reference-dx-mm hex20 of these cell sizes stands beside it, by the solver that is chosen, and the
-// frequencies on the last mesh are compared with hex20's.
+// With --reference-dx-mm hex20 of these cell sizes stands beside it, by the solver that is chosen,
+// and the frequencies on the last mesh are compared with hex20's.
 #include "core/units.hpp"
 #include "fem/eigenmodes.hpp"
 #include "fem/stiffness_solver.hpp"
