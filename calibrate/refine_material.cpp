@@ -22,7 +22,6 @@ using detail::FollowedResiduals;
 using detail::kNumOwn;
 using detail::kNumShared;
 using detail::Parameters;
-using detail::Samples;
 using detail::weighed;
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -64,7 +63,7 @@ class FollowCost : public ceres::CostFunction {
   [[nodiscard]] bool evaluate(const Parameters& p, double* residuals, double** jacobians) const {
     const FollowedResiduals::Values* values = m_residuals.values(p);
     if (values == nullptr) return false;
-    const Samples& samples = m_residuals.samples();
+    const detail::Samples& samples = m_residuals.samples();
     const Index n = samples.value.size();
     Eigen::Map<VectorXd>(residuals, n) = weighed(samples.value - values->simulated, samples);
     if (jacobians == nullptr) return true;
@@ -133,7 +132,7 @@ void check_column(const Rig& rig,
 }
 
 FollowedRecording followed(FollowedResiduals& residuals, const Parameters& p) {
-  const Samples& samples = residuals.samples();
+  const detail::Samples& samples = residuals.samples();
   const VectorXd left = weighed(samples.value - residuals.values(p)->simulated, samples);
   const auto n = static_cast<double>(left.size());
   FollowedRecording recording;
@@ -223,7 +222,7 @@ RefinedMaterial refine_material(const Rig& rig,
     const Parameters p = parameters(i);
     const std::optional<MatrixXd> columns = all[i]->derivatives(p);
     if (!columns) return give_up(all[i]->message());
-    const Samples& samples = all[i]->samples();
+    const detail::Samples& samples = all[i]->samples();
     normal.add(i, weighed(*columns, samples));
     squares += weighed(samples.value - all[i]->values(p)->simulated, samples).squaredNorm();
     FollowedRecording one = followed(*all[i], p);

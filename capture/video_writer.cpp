@@ -23,6 +23,7 @@ constexpr int kMaxCrf = 51;
 constexpr int kMaxRateTerm = 1001000;  // of the fraction that stands for the rate
 constexpr double kMaxFps = 1e6;        // [1/s]
 constexpr std::uint8_t kNoChroma = 128;
+constexpr int kEncoderThreads = 3;  // of every machine alike, for their number changes the pictures
 
 /// Closes an output container that may be half written.
 struct CloseOutput {
@@ -138,7 +139,12 @@ struct VideoWriter::Impl {
     codec->colorspace = AVCOL_SPC_SMPTE170M;
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
-    codec->thread_count = 0;
+    codec->thread_count = kEncoderThreads;
+    // x264 spreads its bits by its macroblock tree, and what its AVX-512 routines for that tree give
+    // differs from run to run (version 164).
+    if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512) {
+      check(av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0));
+    }
     // Without loss, effort buys nothing but size.
     const bool quick = options.quick || options.crf == 0;
     if (quick) check(av_opt_set(codec->priv_data, "preset", "ultrafast", 0));

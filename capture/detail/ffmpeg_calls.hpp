@@ -5,6 +5,7 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/avutil.h>
+#include <libavutil/cpu.h>
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
@@ -50,6 +51,7 @@ TWANG_FFMPEG_CALL(av_frame_alloc);
 TWANG_FFMPEG_CALL(av_frame_free);
 TWANG_FFMPEG_CALL(av_frame_get_buffer);
 TWANG_FFMPEG_CALL(av_frame_make_writable);
+TWANG_FFMPEG_CALL(av_get_cpu_flags);
 TWANG_FFMPEG_CALL(av_get_picture_type_char);
 TWANG_FFMPEG_CALL(av_get_pix_fmt_name);
 TWANG_FFMPEG_CALL(av_guess_sample_aspect_ratio);
