@@ -27,6 +27,22 @@ constexpr double kCopies = -4.0;
 // can, up to a quarter of a pixel of motion.
 constexpr double kNotReferredTo = -8.0;
 
+/// Of the pictures around that `counts`; nan where these are few.
+template <typename Counts>
+double usual_bytes(const std::vector<CodedPicture>& pictures, std::size_t n, const Counts& counts) {
+  std::vector<double> usual;
+  const std::size_t end = std::min(n + kAround + 1, pictures.size());
+  for (std::size_t k = std::max(n, kAround) - kAround; k < end; ++k) {
+    if (k != n && pictures[k].bytes > 0 && counts(pictures[k])) {
+      usual.push_back(static_cast<double>(pictures[k].bytes));
+    }
+  }
+  if (usual.size() < kWitnesses) return kNaN;
+  const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
+  std::nth_element(usual.begin(), middle, usual.end());
+  return *middle;
+}
+
 struct Cost {
   double relative = kNaN;  // over the usual one, as a logarithm to the base two; nan if not known
   double usual = kNaN;     // [bytes]
@@ -34,18 +50,9 @@ struct Cost {
 
 Cost cost_of(const std::vector<CodedPicture>& pictures, std::size_t n) {
   if (pictures[n].bytes <= 0) return {};
-  std::vector<double> usual;
-  const std::size_t end = std::min(n + kAround + 1, pictures.size());
-  for (std::size_t k = std::max(n, kAround) - kAround; k < end; ++k) {
-    const CodedPicture& other = pictures[k];
-    if (k != n && other.as == pictures[n].as && other.bytes > 0) {
-      usual.push_back(static_cast<double>(other.bytes));
-    }
-  }
-  if (usual.size() < kWitnesses) return {};
-  const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
-  std::nth_element(usual.begin(), middle, usual.end());
-  return {std::log2(static_cast<double>(pictures[n].bytes) / *middle), *middle};
+  const double usual = usual_bytes(
+      pictures, n, [&](const CodedPicture& other) { return other.as == pictures[n].as; });
+  return {std::log2(static_cast<double>(pictures[n].bytes) / usual), usual};
 }
 
 /// How much a difference in cost says: nothing where pictures cost little more than their header.
@@ -65,7 +72,8 @@ std::vector<double> repeat_evidence(const std::vector<CodedPicture>& pictures) {
     if (std::isfinite(odds)) {
       evidence[n] = weight(std::min(now.usual, before.usual)) * std::clamp(odds, kLeast, kMost);
     }
-    if (now.usual < kStarved * pictures[n].blocks) evidence[n] += kCopies;
+    const double of_all = usual_bytes(pictures, n, [](const CodedPicture&) { return true; });
+    if (of_all < kStarved * pictures[n].blocks) evidence[n] += kCopies;
     if (n + 1 < pictures.size() && pictures[n + 1].as == 'I' && pictures[n].as != 'I') {
       evidence[n] = std::min(evidence[n], kNotReferredTo);
     }

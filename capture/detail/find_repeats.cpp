@@ -261,10 +261,12 @@ class RepeatFinder {
     const double then_off = std::abs(then.at - path.at(origin));
     const bool copied = missing < path.stood && says < kCoderSpeaks;
     const double away = copied ? kAwayCopied : kAway;
+    // Where coders leave pictures as they were, those before lag behind as well.
+    const double on_path = copied ? std::min(kOnPath * then.error, kThen * missing)
+                                  : std::max(kOnPath * then.error, kThen * missing);
     return (!copied || missing > path.copied) && done * way < kDone * way * way &&
            done * way > -kUndone * way * way &&
-           off * off - moved * moved + 2.0 * says > away * away &&
-           then_off < std::max(kOnPath * then.error, kThen * missing);
+           off * off - moved * moved + 2.0 * says > away * away && then_off < on_path;
   }
 
   /// Whether the pictures that are alike, taken for honest ones too, leave the frame where it is:

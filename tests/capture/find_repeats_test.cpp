@@ -265,16 +265,18 @@ TEST(FindRepeats, TwoInARowThatHideLittleEachAreFound) {
 TEST(FindRepeats, TwoPeriodsInFiveFramesAreNoRepeatsOfASlowerMotion) {
   // Two of five pictures are alike, and of the coder the markers there are off by more; the other
   // three fit a motion of five frames a period as well.
-  const auto path = [](int n) { return 0.75 * std::sin(kTwoPi * 0.4 * n - 0.004 * n + 2.2); };
-  Filmed filmed = film(path, as_filmed);
-  for (std::size_t n = 1; n < kFrames; ++n) {
-    const double step = path(static_cast<int>(n)) - path(static_cast<int>(n) - 1);
-    if (std::abs(step) > 0.6) continue;
-    filmed.likeness[n] = Likeness::Alike;
-    filmed.tracks.back().position_px[n].y() += n % 2 == 0 ? 0.1 : -0.1;
+  const auto path = [](int n) { return 0.75 * std::sin((kTwoPi * 0.4 - 0.0025) * n + 2.2); };
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Filmed filmed = film(path, as_filmed, seed);
+    for (std::size_t n = 1; n < kFrames; ++n) {
+      const double step = path(static_cast<int>(n)) - path(static_cast<int>(n) - 1);
+      if (std::abs(step) > 0.6) continue;
+      filmed.likeness[n] = Likeness::Alike;
+      filmed.tracks.back().position_px[n].y() -= 0.25 * step;
+    }
+    ASSERT_GT(num_alike(filmed), kFrames / 5);
+    EXPECT_EQ(num_found(filmed), 0) << seed;
   }
-  ASSERT_GT(num_alike(filmed), kFrames / 5);
-  EXPECT_EQ(num_found(filmed), 0);
 }
 
 TEST(FindRepeats, LampTellsOneFromTheFirstFrameOnAndClearsWhatItSeesChange) {
