@@ -145,7 +145,6 @@ StepWork Integrator::Impl::work_of(const BodyState& before,
   bool base_moves = false;
   for (const int node : held_nodes)
     base_moves = base_moves || du.segment<3>(3 * node) != Eigen::Vector3d::Zero();
-  const Eigen::VectorXd points_moved = points.transpose() * du;
   const bool points_move = !now.points.isZero(0.0) || !next.points.isZero(0.0);
   if (!base_moves && !points_move) return work;
   const Eigen::VectorXd balance =
@@ -153,7 +152,8 @@ StepWork Integrator::Impl::work_of(const BodyState& before,
       (1.0 - start_weight) * body.internal_force(after.u) + damping - external_force;
   for (const int node : held_nodes)
     work.base_j += du.segment<3>(3 * node).dot(balance.segment<3>(3 * node));
-  if (points_move) work.points_j = points_moved.dot(gram.solve(free_points.transpose() * balance));
+  if (points_move)
+    work.points_j = (points.transpose() * du).dot(gram.solve(free_points.transpose() * balance));
   return work;
 }
 
