@@ -238,8 +238,11 @@ void refine(const Rig& rig, const CalibrationOptions& options, Calibration& cali
   calibration.refined = refine_material(
       rig, calibration.ladder.coarse, material, recordings, calibration.coarse_mode, refinement);
   const RefinedMaterial& refined = *calibration.refined;
-  if (!refined.usable()) throw NumericalFailure(refined.message);
-  detail::take_refinement(refined, material);
+  if (refined.usable()) {
+    detail::take_refinement(refined, material);
+  } else {
+    (refined.agrees ? calibration.remarks : calibration.warnings).push_back(refined.message);
+  }
 }
 
 /// A release is a repeat of its own; the film stays with the first.
@@ -267,6 +270,7 @@ Calibration calibrate_repeats(const Rig& rig,
   Calibration calibration;
   for (Repeat& repeat : repeats) {
     repeat.columns = detail::columns_to_invert(rig, repeat.trace, repeat.file, options.columns);
+    if (options.refine) check_refinable(rig, repeat.columns.front());
   }
   if (options.each_release) {
     const std::size_t num_recordings = repeats.size();
