@@ -130,8 +130,15 @@ MaterialValidation validate_material(const Rig& rig,
   result.element = rung.mesh.kind;
   Material used = material;
   used.youngs_modulus_numerical_pa = modulus;
-  result.validation = validate_against_trace(
-      rig, rung, used, trace, result.column, result.inversion, options.progress);
+  result.validation = validate_against_trace(rig,
+                                             rung,
+                                             used,
+                                             trace,
+                                             result.column,
+                                             result.inversion,
+                                             options.progress,
+                                             0,
+                                             options.on_state);
   if (!result.validation.run.usable()) throw NumericalFailure(result.validation.run.message);
   result.phase_drift_rad = phase_drift(result.validation.time_s,
                                        result.validation.tracked,
