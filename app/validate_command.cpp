@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 namespace twang::app {
@@ -164,6 +165,11 @@ MaterialValidation validate(const ValidateCommand& command,
 void run(const ValidateCommand& command) {
   if (command.overlay.empty() != command.video.empty())
     throw InputError("--overlay FILM_TO_WRITE and --video FILM must come together");
+  std::error_code ignored;
+  for (const std::string& read : {command.rig, command.material, command.trace, command.video})
+    if (std::filesystem::equivalent(command.overlay, read, ignored))
+      throw InputError(
+          fmt::format("{} would be written over by the overlay, must be another file", read));
   RigNeeds needs;
   needs.part = true;
   needs.clamp = true;
