@@ -171,7 +171,7 @@ void run(const ValidateCommand& command) {
       throw InputError(
           fmt::format("{} would be written over by the overlay, must be another file", read));
   RigNeeds needs;
-  needs.part = true;
+  needs.mesh = true;
   needs.clamp = true;
   needs.film = !command.overlay.empty();
   const Rig rig = load_rig(command.rig, needs);

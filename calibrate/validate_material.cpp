@@ -45,7 +45,7 @@ std::string column_of(const Rig& rig, const Trace& trace, const std::string& wan
 MeshRung rung_for(const Rig& rig,
                   const Material& material,
                   const MaterialValidationOptions& options) {
-  Rig unit_rig = rig;
+  Rig unit_rig = as_solids(rig);  // E_n belongs to voxels
   for (RigMaterial& of_rig : unit_rig.materials) {
     of_rig.youngs_modulus_pa.reset();
     of_rig.poissons_ratio = material.poissons_ratio;
