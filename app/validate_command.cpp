@@ -58,7 +58,10 @@ MaterialValidationOptions options_of(const ValidateCommand& command) {
   return options;
 }
 
-std::string percent(double relative) { return rounded_text(100.0 * relative, 3) + " %"; }
+std::string percent(double relative) {
+  if (!std::isfinite(relative)) return "not found";
+  return rounded_text(100.0 * relative, 3) + " %";
+}
 
 TextTable table_of(const MaterialValidation& result) {
   TextTable table;
