@@ -6,6 +6,7 @@
 #include "coarsen/fit_material.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "fem/attach_weights.hpp"
 #include "fem/static_solve.hpp"
 #include "fem/thinnest_wall.hpp"
 
@@ -243,8 +244,7 @@ RenderTruth render_rig(const Rig& rig,
   ElasticBody body(rung.mesh,
                    std::vector<ElasticMaterial>(rung.mesh.material_names.size(), material),
                    ConstitutiveModel::Linear);
-  for (const PointMass& mass : rig.masses)
-    body.add_point_mass(locate(rung.mesh, mass.at), mass.mass_kg);
+  attach_weights(body, rig.masses);
   EigenmodeOptions eigen;
   eigen.count = options.num_modes;
   rung.modes = compute_eigenmodes(body, rung.held_nodes, eigen);

@@ -3,6 +3,7 @@
 
 #include "calibrate/detail/step_error.hpp"
 #include "core/error.hpp"
+#include "fem/attach_weights.hpp"
 #include "fem/static_solve.hpp"
 #include "simulate/integrators.hpp"
 
@@ -86,7 +87,7 @@ RecordedMotion simulate_release(const Rig& rig,
                                 const SimulatedReleaseOptions& options) {
   const ElasticMaterial stepped = detail::without_step_error(material, options.steps_per_period);
   ElasticBody body(mesh, std::vector<ElasticMaterial>(mesh.material_names.size(), stepped));
-  for (const PointMass& mass : rig.masses) body.add_point_mass(locate(mesh, mass.at), mass.mass_kg);
+  attach_weights(body, rig.masses);
   Eigen::VectorXd dead_force;
   if (rig.gravity_m_s2) dead_force = body.gravity_force(*rig.gravity_m_s2);
   StaticResult held = hold(rig, body, held_nodes, dead_force, options);

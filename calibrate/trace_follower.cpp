@@ -3,6 +3,7 @@
 
 #include "coarsen/prestress.hpp"
 #include "core/constants.hpp"
+#include "fem/attach_weights.hpp"
 #include "fem/static_solve.hpp"
 
 #include <fmt/format.h>
@@ -175,8 +176,7 @@ FollowedMotion TraceFollower::follow(const ElasticMaterial& material,
 
   ElasticBody body(m_rung->mesh,
                    std::vector<ElasticMaterial>(m_rung->mesh.material_names.size(), material));
-  for (const PointMass& mass : m_rig->masses)
-    body.add_point_mass(locate(m_rung->mesh, mass.at), mass.mass_kg);
+  attach_weights(body, m_rig->masses);
   Rest rest;
   if (m_rig->gravity_m_s2) {
     rest.force = body.gravity_force(*m_rig->gravity_m_s2);

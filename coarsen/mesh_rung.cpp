@@ -80,20 +80,11 @@ std::vector<ElasticMaterial> elastic_materials(const Rig& rig,
   return materials;
 }
 
-std::vector<MeshPoint> mass_points(const Rig& rig, const HexMesh& mesh) {
-  std::vector<MeshPoint> points;
-  for (const PointMass& weight : rig.masses) points.push_back(locate(mesh, weight.at));
-  return points;
-}
-
-ElasticBody linear_body(const Rig& rig,
-                        const HexMesh& mesh,
+ElasticBody linear_body(const HexMesh& mesh,
                         const std::vector<ElasticMaterial>& materials,
-                        const std::vector<MeshPoint>& points) {
+                        const std::vector<WeightAtPoint>& weights) {
   ElasticBody body(mesh, materials, ConstitutiveModel::Linear);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    body.add_point_mass(points[i], rig.masses[i].mass_kg);
-  }
+  for (const WeightAtPoint& weight : weights) body.add_point_mass(weight.point, weight.mass_kg);
   return body;
 }
 
@@ -116,8 +107,8 @@ MeshRung compute_rung_by(const StiffnessSolverOptions& solver,
   MeshRung rung;
   rung.mesh = std::move(mesh);
   rung.held_nodes = clamped_nodes(rung.mesh, rig);
-  const ElasticBody body =
-      linear_body(rig, rung.mesh, elastic_materials(rig, rung.mesh), mass_points(rig, rung.mesh));
+  const ElasticBody body = linear_body(
+      rung.mesh, elastic_materials(rig, rung.mesh), weights_at_points(rung.mesh, rig.masses));
 
   const int num_free = rung.mesh.num_dofs() - 3 * static_cast<int>(rung.held_nodes.size());
   EigenmodeOptions options;

@@ -58,18 +58,18 @@ ModulusSensitivities modulus_sensitivities(const Rig& rig, const MeshRung& rung,
   assert(mode < rung.modes.count());
   const Eigen::VectorXd phi = rung.modes.shapes.col(mode);
   const std::vector<ElasticMaterial> materials = elastic_materials(rig, rung.mesh);
-  const std::vector<MeshPoint> weights = mass_points(rig, rung.mesh);
+  const std::vector<WeightAtPoint> weights = weights_at_points(rung.mesh, rig.masses);
 
   const Eigen::Matrix3Xd growth = outward_growth(rung.mesh);
   const auto lambda_when_grown_by = [&](double length_m) {
     HexMesh grown = rung.mesh;
     grown.nodes += length_m * growth;
-    return modal_pair(linear_body(rig, grown, materials, weights), phi).lambda_per_s2();
+    return modal_pair(linear_body(grown, materials, weights), phi).lambda_per_s2();
   };
   const auto lambda_with_poissons_ratio_plus = [&](double change) {
     std::vector<ElasticMaterial> changed = materials;
     for (ElasticMaterial& material : changed) material.poissons_ratio += change;
-    return modal_pair(linear_body(rig, rung.mesh, changed, weights), phi).lambda_per_s2();
+    return modal_pair(linear_body(rung.mesh, changed, weights), phi).lambda_per_s2();
   };
 
   ModulusSensitivities result;
@@ -89,8 +89,8 @@ ModulusSensitivities modulus_sensitivities(const Rig& rig, const MeshRung& rung,
 
   if (!weights.empty()) {
     // lambda = k / (rho m + m_weights): its slope by ln rho is the part's share of the modal mass.
-    const double part = modal_pair(linear_body(rig, rung.mesh, materials, {}), phi).mass;
-    result.density = part / modal_pair(linear_body(rig, rung.mesh, materials, weights), phi).mass;
+    const double part = modal_pair(linear_body(rung.mesh, materials, {}), phi).mass;
+    result.density = part / modal_pair(linear_body(rung.mesh, materials, weights), phi).mass;
   }
   return result;
 }

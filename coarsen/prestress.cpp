@@ -3,6 +3,7 @@
 
 #include "coarsen/fit_material.hpp"
 #include "core/error.hpp"
+#include "fem/attach_weights.hpp"
 
 #include <fmt/format.h>
 
@@ -20,8 +21,7 @@ ElasticBody body_of(const Rig& rig, const MeshRung& rung, const ElasticMaterial&
                     rung.mesh.material_names.size()));
   }
   ElasticBody body(rung.mesh, {material});
-  for (const PointMass& mass : rig.masses)
-    body.add_point_mass(locate(rung.mesh, mass.at), mass.mass_kg);
+  attach_weights(body, rig.masses);
   return body;
 }
 

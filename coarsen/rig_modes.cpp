@@ -68,7 +68,8 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
   }
   const MeshRung rung = compute_rung(rig, m_dx_m, ElementKind::Hex20, most_modes(), progress);
   const std::vector<ElasticMaterial> materials = elastic_materials(rig, rung.mesh);
-  const ElasticBody body = linear_body(rig, rung.mesh, materials, mass_points(rig, rung.mesh));
+  const ElasticBody body =
+      linear_body(rung.mesh, materials, weights_at_points(rung.mesh, rig.masses));
   const std::vector<int> numbers = assign(rung);
 
   std::vector<MeasuredMode> modes;
@@ -88,7 +89,7 @@ std::vector<MeasuredMode> RigModes::compute(const std::map<std::string, double>&
     // The energy is linear in each modulus.
     std::vector<ElasticMaterial> doubled = materials;
     doubled[m].youngs_modulus_pa *= 2.0;
-    const ElasticBody stiffer = linear_body(rig, rung.mesh, doubled, {});
+    const ElasticBody stiffer = linear_body(rung.mesh, doubled, {});
     for (std::size_t k = 0; k < modes.size(); ++k) {
       const Eigen::VectorXd shape = rung.modes.shapes.col(modes[k].number);
       const double all = body.elastic_energy(shape);

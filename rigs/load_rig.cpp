@@ -57,9 +57,12 @@ std::optional<Eigen::Vector3d> read_gravity(const TomlTable& document) {
 std::vector<PointMass> read_masses(const TomlTable& document) {
   std::vector<PointMass> masses;
   for (const TomlTable& table : document.tables("mass")) {
-    table.allow_only({"at_mm", "mass_g"});
+    table.allow_only({"at_mm", "mass_g", "size_mm"});
     masses.push_back(
         {detail::metres(table, "at_mm"), table.positive("mass_g") * kKilogramsPerGram});
+    if (!table.has("size_mm")) continue;
+    masses.back().size = detail::metres(table, "size_mm");
+    if (masses.back().size.minCoeff() < 0.0) table.refuse("size_mm", "three lengths >= 0");
   }
   return masses;
 }

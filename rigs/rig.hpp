@@ -111,6 +111,8 @@ struct Tolerance {
 struct PointMass {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< [m]
   double mass_kg = 0.0;                          ///< > 0 [kg]
+  Eigen::Vector3d size =
+      Eigen::Vector3d::Zero();  ///< of the box around `at` over which it is spread; 0: a point [m]
 };
 
 /// What becomes of cells that the part fills in part.

@@ -4,6 +4,7 @@
 #include "core/constants.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "fem/attach_weights.hpp"
 #include "fem/static_solve.hpp"
 #include "simulate/base_motion.hpp"
 #include "simulate/detail/nodal_rotations.hpp"
@@ -88,8 +89,7 @@ SimulatedBody::Impl::Impl(const Scene& scene, const SceneBody& scene_body, const
       step_s(scene.step_s),
       body(mesh, detail::scene_materials(scene_body, mesh), scene_body.model),
       gravity(scene.gravity_m_s2) {
-  for (const PointMass& weight : from.rig.masses)
-    body.add_point_mass(locate(body.mesh(), weight.at), weight.mass_kg);
+  attach_weights(body, from.rig.masses);
   if (from.clamped) held = clamped_nodes(body.mesh(), from.rig);
   gravity_force = body.gravity_force(from.rotation.transpose() * gravity);
   measure_mass();

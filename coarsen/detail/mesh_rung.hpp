@@ -3,6 +3,7 @@
 
 #include "coarsen/mesh_ladder.hpp"
 #include "core/progress.hpp"
+#include "fem/attach_weights.hpp"
 #include "fem/elastic_body.hpp"
 #include "fem/hex_mesh.hpp"
 #include "rigs/rig.hpp"
@@ -34,14 +35,10 @@ namespace twang {
                                            int num_modes,
                                            const ProgressCallback& progress);
 
-/// The rig's linear body with its weights.
-/// @param points  where the weights hang; from `mass_points`
-[[nodiscard]] ElasticBody linear_body(const Rig& rig,
-                                      const HexMesh& mesh,
+/// A rig's linear body with its weights.
+[[nodiscard]] ElasticBody linear_body(const HexMesh& mesh,
                                       const std::vector<ElasticMaterial>& materials,
-                                      const std::vector<MeshPoint>& points);
-/// Where the rig's weights hang on `mesh`.
-[[nodiscard]] std::vector<MeshPoint> mass_points(const Rig& rig, const HexMesh& mesh);
+                                      const std::vector<WeightAtPoint>& weights);
 
 /// Unknowns that a mesh of `kind` would have, held ones included, without building it as hex20.
 ///

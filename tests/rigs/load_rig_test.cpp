@@ -47,6 +47,11 @@ TEST(LoadRig, ReadsPartClampsAndMassesInSi) {
   ASSERT_EQ(rig.masses.size(), 1U);
   EXPECT_TRUE(rig.masses[0].at.isApprox(Vector3d(0.070, 0.005, 0.002), kRounding));
   EXPECT_DOUBLE_EQ(rig.masses[0].mass_kg, 0.00125);
+  EXPECT_EQ(rig.masses[0].size, Vector3d::Zero());
+  std::string text(kExampleRig);
+  const std::string mass = "mass_g = 1.25";
+  text.insert(text.find(mass), "size_mm = [4.0, 3.0, 0.0]\n");
+  EXPECT_TRUE(load_text(text).masses.at(0).size.isApprox(Vector3d(0.004, 0.003, 0.0), kRounding));
 }
 
 TEST(LoadRig, ReadsMaterials) {
