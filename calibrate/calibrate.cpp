@@ -309,6 +309,9 @@ Calibration calibrate_repeats(const Rig& rig,
   if (options.refine) refine(rig, options, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
+    const bool refined = calibration.refined && calibration.refined->usable();
+    const FollowedStart start =
+        refined ? calibration.refined->recordings.front().start : FollowedStart{};
     calibration.validation = validate_against_trace(rig,
                                                     calibration.ladder.coarse,
                                                     calibration.material,
@@ -316,7 +319,9 @@ Calibration calibrate_repeats(const Rig& rig,
                                                     first.columns.front(),
                                                     first.inversion,
                                                     options.progress,
-                                                    calibration.coarse_mode);
+                                                    calibration.coarse_mode,
+                                                    {},
+                                                    start);
     calibration.material.validation = calibration.validation->figures;
     if (!calibration.validation->run.usable())
       calibration.warnings.push_back(calibration.validation->run.message);

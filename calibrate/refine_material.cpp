@@ -102,9 +102,8 @@ class Normal {
   [[nodiscard]] Eigen::Matrix2d covariance() const {
     const MatrixXd all =
         m_matrix.ldlt().solve(MatrixXd::Identity(m_matrix.rows(), m_matrix.rows()));
-    Eigen::Matrix2d from_parameters;  // ln b = p1 - p0 / 2
-    from_parameters << 1.0, 0.0, -0.5, 1.0;
-    return from_parameters * all.topLeftCorner<2, 2>() * from_parameters.transpose();
+    return detail::from_parameters() * all.topLeftCorner<2, 2>() *
+           detail::from_parameters().transpose();
   }
 
  private:
@@ -169,7 +168,7 @@ class FollowProblem {
     solver.linear_solver_type = ceres::DENSE_QR;
     solver.max_num_iterations = options.max_iterations;
     solver.parameter_tolerance = options.relative_step;
-    solver.function_tolerance = 1e-3;  // of the cost: what is left to come is far less than that
+    solver.function_tolerance = 1e-5;  // of the cost: a hundredth of a sigma of one of 100 samples
     solver.gradient_tolerance = 0.0;
     solver.initial_trust_region_radius = 1e6;  // the linear estimate is near
     solver.logging_type = ceres::SILENT;
@@ -224,7 +223,13 @@ std::optional<Followed> look_at(FollowProblem& problem) {
   }
   const double freedom = static_cast<double>(num_samples) - static_cast<double>(kNumShared) -
                          (kNumOwn + 1.0) * static_cast<double>(problem.size());
-  out.covariance = normal.covariance() * (squares / std::max(freedom, 1.0)) * widening;
+  const double variance = squares / std::max(freedom, 1.0) * widening;
+  out.covariance = normal.covariance() * variance;
+  Eigen::Array2d between = Eigen::Array2d::Zero();
+  for (std::size_t i = 0; i < problem.size(); ++i)
+    between += detail::variance_between_halves(*problem.columns(i), *problem.residual(i), variance);
+  const auto count = static_cast<double>(problem.size());
+  out.covariance.diagonal().array() += between / count;
   return out;
 }
 

@@ -112,6 +112,9 @@ ValueAndSlope smooth_at(const FollowedMotion& motion, double time_s) {
   return {((c3 * x + c2) * x + m0) * x + y0, ((3.0 * c3 * x + 2.0 * c2) * x + m0) / motion.step_s};
 }
 
+/// Far below what a derivative changes over, far above the round-off of a simulation.
+Parameters difference_steps() { return {0.01, 0.02, 0.01, 0.01}; }
+
 }  // namespace
 
 MatrixXd weighed(const MatrixXd& rows, const Samples& samples) {
@@ -155,7 +158,10 @@ const FollowedResiduals::Values* FollowedResiduals::values(const Parameters& p) 
 
 std::optional<MatrixXd> FollowedResiduals::derivatives(const Parameters& p) {
   if (values(p) == nullptr) return {};
-  if (m_columns.size() == 0) {
+  constexpr double kFar =
+      5.0;  // steps of the differences: Broyden's updates do not follow that far
+  if (m_columns.size() == 0 ||
+      (p - m_differenced_at).cwiseQuotient(difference_steps()).cwiseAbs().maxCoeff() > kFar) {
     if (!difference(p)) return {};
   } else if (p != m_columns_at) {
     update(p);
@@ -170,8 +176,7 @@ VectorXd FollowedResiduals::dilation() const {
 }
 
 bool FollowedResiduals::difference(const Parameters& p) {
-  // far below what a derivative changes over, far above the round-off of a simulation
-  const Parameters steps(0.01, 0.02, 0.01, 0.01);
+  const Parameters steps = difference_steps();
   const Values base = *m_values;
   MatrixXd columns = MatrixXd::Zero(m_samples.value.size(), kNumParameters);
   for (Index k = m_dilates ? 1 : 0; k < kNumParameters; ++k) {
@@ -183,6 +188,7 @@ bool FollowedResiduals::difference(const Parameters& p) {
   }
   m_columns = std::move(columns);
   m_columns_at = p;
+  m_differenced_at = p;
   m_simulated_there = base.simulated;
   return true;
 }

@@ -72,7 +72,8 @@ class FollowedResiduals {
   /// Nothing if the simulation fails; the reason is in `message`.
   [[nodiscard]] const Values* values(const Parameters& p);
   /// d simulated / d parameters, one row a sample; nothing if a simulation fails. Differences of
-  /// simulations once, then Broyden's updates from those that were made anyway.
+  /// simulations where the parameters have gone far, else Broyden's updates from those that were
+  /// made anyway.
   [[nodiscard]] std::optional<Eigen::MatrixXd> derivatives(const Parameters& p);
 
   [[nodiscard]] const std::string& message() const { return m_message; }
@@ -100,6 +101,7 @@ class FollowedResiduals {
   Parameters m_at = Parameters::Zero();
   Eigen::MatrixXd m_columns;
   Parameters m_columns_at = Parameters::Zero();
+  Parameters m_differenced_at = Parameters::Zero();
   Eigen::VectorXd m_simulated_there;
   std::string m_message;
 };

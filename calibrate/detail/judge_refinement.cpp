@@ -8,6 +8,34 @@
 
 namespace twang::detail {
 
+Eigen::Matrix2d from_parameters() {
+  Eigen::Matrix2d from;
+  from << 1.0, 0.0, -0.5, 1.0;
+  return from;
+}
+
+Eigen::Array2d variance_between_halves(const Eigen::MatrixXd& columns,
+                                       const Eigen::VectorXd& left,
+                                       double variance) {
+  const Eigen::Index n = left.size() / 2;
+  const Eigen::Matrix2d from = from_parameters();
+  Eigen::Vector2d apart = Eigen::Vector2d::Zero();
+  Eigen::Array2d by_noise = Eigen::Array2d::Zero();
+  for (const bool second : {false, true}) {
+    const Eigen::MatrixXd J = second ? columns.bottomRows(n) : columns.topRows(n);
+    const Eigen::VectorXd r = second ? left.tail(n) : left.head(n);
+    const Eigen::LDLT<Eigen::MatrixXd> normal((J.transpose() * J).eval());
+    const Eigen::VectorXd step = normal.solve(J.transpose() * r);
+    const Eigen::MatrixXd covariance =
+        normal.solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+    apart += (second ? 1.0 : -1.0) * (from * step.head<2>());
+    by_noise +=
+        variance * (from * covariance.topLeftCorner<2, 2>() * from.transpose()).diagonal().array();
+  }
+  const Eigen::Array2d excess = 0.25 * (apart.array().square() - by_noise);
+  return excess.isFinite().all() ? excess.max(0.0).eval() : Eigen::Array2d::Zero().eval();
+}
+
 std::string fault_of(const RefinementFit& fit) {
   constexpr double kMostLeft = 0.1;         // of the amplitude
   constexpr double kVaguestModulus = 0.05;  // one sigma

@@ -11,6 +11,18 @@
 
 namespace twang::detail {
 
+/// Takes ln E_n and ln (b sqrt E_n) to ln E_n and ln b.
+[[nodiscard]] Eigen::Matrix2d from_parameters();
+
+/// By how much more than noise does it the first and the second half of a recording differ in
+/// ln E_n and ln b, as variances: what the simulation's own faults leave uncertain.
+/// @param columns   weighed, d simulated / d parameters (see `FollowedResiduals`)
+/// @param left      the weighed residual
+/// @param variance  of its noise
+[[nodiscard]] Eigen::Array2d variance_between_halves(const Eigen::MatrixXd& columns,
+                                                     const Eigen::VectorXd& left,
+                                                     double variance);
+
 /// What a refinement is judged by.
 struct RefinementFit {
   Eigen::Vector2d change = Eigen::Vector2d::Constant(kNaN);      ///< of ln E_n and ln b

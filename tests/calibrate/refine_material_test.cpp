@@ -248,6 +248,23 @@ TEST(RefineMaterial, KeepsTheLinearEstimateWhereTheFitGoesAstray) {
   EXPECT_TRUE(holds(refined.message, "The linear estimate was kept"));
 }
 
+TEST(JudgedRefinement, SaysByHowMuchTheHalvesOfARecordingDiffer) {
+  std::mt19937 generator(9);
+  std::normal_distribution<double> normal;
+  const Eigen::MatrixXd columns =
+      Eigen::MatrixXd::NullaryExpr(80, 4, [&] { return normal(generator); });
+  const Eigen::Vector4d step(0.02, 0.05, 0.01, -0.01);
+  Eigen::VectorXd left = columns * step;
+  left.head(40).setZero();
+  const Eigen::Array2d apart = detail::variance_between_halves(columns, left, 0.0);
+  // half of what ln E_n, and ln b = p1 - p0 / 2, are apart; round-off
+  EXPECT_NEAR(std::sqrt(apart[0]), 0.01, 1e-12);
+  EXPECT_NEAR(std::sqrt(apart[1]), 0.02, 1e-12);
+  // Both halves alike, or apart by no more than noise would make them.
+  EXPECT_LT(detail::variance_between_halves(columns, columns * step, 0.0).maxCoeff(), 1e-24);
+  EXPECT_EQ(detail::variance_between_halves(columns, left, 1.0).maxCoeff(), 0.0);
+}
+
 TEST(JudgedRefinement, IsWorthNothingWhereSigmasExplodeOrMuchIsLeft) {
   detail::RefinementFit fit;
   fit.change = {0.01, 0.05};
