@@ -154,7 +154,7 @@ ReportContent page_of(const Rig& rig, const Material& material, const Prediction
 
 void run(const PredictCommand& command) {
   RigNeeds needs;
-  needs.part = true;
+  needs.mesh = true;
   needs.clamp = true;
   const Rig rig = load_rig(command.rig, needs);
   const fs::path file(command.material);

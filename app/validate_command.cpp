@@ -2,7 +2,10 @@
 #include "app/commands.hpp"
 #include "app/options.hpp"
 #include "app/terminal.hpp"
+#include "calibrate/outline_recorder.hpp"
 #include "calibrate/validate_material.hpp"
+#include "capture/outline_overlay.hpp"
+#include "capture/track_markers.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/material_file.hpp"
@@ -15,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 namespace twang::app {
@@ -31,6 +35,8 @@ struct ValidateCommand {
   std::string modulus = "numerical";
   std::string out;
   std::string json;
+  std::string video;
+  std::string overlay;
   InversionFlags inversion;
 };
 
@@ -52,7 +58,10 @@ MaterialValidationOptions options_of(const ValidateCommand& command) {
   return options;
 }
 
-std::string percent(double relative) { return rounded_text(100.0 * relative, 3) + " %"; }
+std::string percent(double relative) {
+  if (!std::isfinite(relative)) return "not found";
+  return rounded_text(100.0 * relative, 3) + " %";
+}
 
 TextTable table_of(const MaterialValidation& result) {
   TextTable table;
@@ -119,14 +128,59 @@ Trace samples_of(const MaterialValidation& result) {
   return trace;
 }
 
+constexpr double kOverlayFps = 30.0;
+
+/// The film is tracked again, for how it shows the rig's plane; its times are the trace's.
+TrackResult tracked_again(const ValidateCommand& command, const Rig& rig, const Trace& trace) {
+  TrackOptions options;
+  options.progress = terminal_progress();
+  TrackResult film = track_markers(rig, command.video, options);
+  if (film.trace.num_samples() != trace.num_samples())
+    throw InputError(fmt::format(
+        "{}: has {} rows, must have one for each of the {} frames of {} to be drawn over it",
+        command.trace,
+        trace.num_samples(),
+        film.trace.num_samples(),
+        command.video));
+  return film;
+}
+
+/// Validates, and draws the simulated outline over the film if that is wanted.
+MaterialValidation validate(const ValidateCommand& command,
+                            const Rig& rig,
+                            const Material& material,
+                            const Trace& trace) {
+  MaterialValidationOptions options = options_of(command);
+  if (command.overlay.empty()) return validate_material(rig, material, trace, options);
+  const TrackResult film = tracked_again(command, rig, trace);
+  OutlineRecorder recorder(*rig.camera, trace.time_s);
+  options.on_state = [&](const HexMesh& mesh, double time_s, const Eigen::VectorXd& u) {
+    recorder.see(mesh, time_s, u);
+  };
+  MaterialValidation result = validate_material(rig, material, trace, options);
+  BodyDrawing drawing = recorder.drawing();
+  drawing.map = film.map;
+  drawing.name = "simulated";
+  write_outline_overlay(command.video, command.overlay, drawing, kOverlayFps, terminal_progress());
+  return result;
+}
+
 void run(const ValidateCommand& command) {
+  if (command.overlay.empty() != command.video.empty())
+    throw InputError("--overlay FILM_TO_WRITE and --video FILM must come together");
+  std::error_code ignored;
+  for (const std::string& read : {command.rig, command.material, command.trace, command.video})
+    if (std::filesystem::equivalent(command.overlay, read, ignored))
+      throw InputError(
+          fmt::format("{} would be written over by the overlay, must be another file", read));
   RigNeeds needs;
-  needs.part = true;
+  needs.mesh = true;
   needs.clamp = true;
+  needs.film = !command.overlay.empty();
   const Rig rig = load_rig(command.rig, needs);
   const Material material = read_material(command.material);
   const Trace trace = read_trace_csv(command.trace, command.time_column);
-  const MaterialValidation result = validate_material(rig, material, trace, options_of(command));
+  const MaterialValidation result = validate(command, rig, material, trace);
   const std::string json = validation_to_json(result);
   if (!command.out.empty()) {
     OutputFolder output(command.out);
@@ -157,6 +211,9 @@ void add_validate_command(CLI::App& cli) {
   sub->add_option("--out", command->out, "folder for validation.json, .csv and .html");
   sub->add_option(
       "--json", command->json, "machine-readable result: a file, or - for standard output");
+  sub->add_option("--video", command->video, "film of which the trace is, for --overlay");
+  sub->add_option(
+      "--overlay", command->overlay, "film to write: the simulated outline over that one");
   command->inversion.add_to(*sub);
   sub->callback([command] { run(*command); });
 }

@@ -3,6 +3,7 @@
 
 #include "calibrate/detail/checks.hpp"
 #include "capture/find_layout.hpp"
+#include "coarsen/mesh_ladder.hpp"
 #include "core/error.hpp"
 
 #include <fmt/format.h>
@@ -62,7 +63,7 @@ RigCheck check_rig(const Rig& rig, const CheckOptions& options, const FilmInspec
                                  rig.markers.empty() ? "[[marker]]" : "[camera]"));
   }
   RigCheck result;
-  result.motion = expect_motion(rig, options);
+  result.motion = expect_motion(as_solids(rig), options);
   detail::CheckSubject subject{rig, options, result.motion, film, options.capture_fps, {}, {}};
   if (!subject.fps) subject.fps = rig.camera->capture_fps;
   if (!subject.fps && film != nullptr) subject.fps = film->time_base.capture_fps;

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 /// The part's material in the rig: that of the calibration.
 const RigMaterial& material_in(const Rig& rig, const Material& material) {
-  for (const PartSolid& solid : rig.parts) {
+  for (const PartSolid& solid : as_solids(rig).parts) {
     if (solid.material == material.material) continue;
     throw InputError(
         fmt::format("{}: the part is made of \"{}\", the calibration is of \"{}\"; "

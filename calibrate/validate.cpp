@@ -80,7 +80,8 @@ Validation validate_against_trace(const Rig& rig,
                                   const std::string& column,
                                   const InversionResult& inversion,
                                   const ProgressCallback& progress,
-                                  int mode) {
+                                  int mode,
+                                  const MeshObserver& on_state) {
   Validation validation;
   const DampedSinusoid& tracked = inversion.modes.front();
   validation.unit = column.substr(column.rfind('_') + 1);
@@ -92,7 +93,16 @@ Validation validate_against_trace(const Rig& rig,
   const double end_s = std::min(inversion.time_end_s,
                                 inversion.time_origin_s + kPeriodsCompared / tracked.frequency_hz);
   const TraceFollower follower(rig, coarse, inversion, column, mode);
-  FollowedMotion motion = follower.follow(elastic, {}, end_s, kStepsPerPeriod, progress);
+  const auto watch = [&](const BodyState& state) {
+    on_state(coarse.mesh, inversion.time_origin_s + state.time_s, state.u);
+  };
+  FollowedMotion motion =
+      follower.follow(elastic,
+                      {},
+                      end_s,
+                      kStepsPerPeriod,
+                      progress,
+                      on_state ? watch : std::function<void(const BodyState&)>());
   validation.run = motion.run;
   validation.step_s = motion.step_s;
   if (!validation.run.usable()) return validation;

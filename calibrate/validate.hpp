@@ -9,10 +9,17 @@
 #include "rigs/rig.hpp"
 #include "simulate/integrators.hpp"
 
+#include <Eigen/Core>
+
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace twang {
+
+/// Sees how a mesh is bent, u (3 num_nodes) [m], at a time of the trace [s].
+using MeshObserver =
+    std::function<void(const HexMesh& mesh, double time_s, const Eigen::VectorXd& u)>;
 
 /// The simulated observable beside the tracked one, on the tracked time stamps.
 struct Validation {
@@ -40,6 +47,7 @@ struct Validation {
                                                 const std::string& column,
                                                 const InversionResult& inversion,
                                                 const ProgressCallback& progress = {},
-                                                int mode = 0);
+                                                int mode = 0,
+                                                const MeshObserver& on_state = {});
 
 }  // namespace twang

@@ -45,7 +45,7 @@ std::string column_of(const Rig& rig, const Trace& trace, const std::string& wan
 MeshRung rung_for(const Rig& rig,
                   const Material& material,
                   const MaterialValidationOptions& options) {
-  Rig unit_rig = rig;
+  Rig unit_rig = as_solids(rig);  // E_n belongs to voxels
   for (RigMaterial& of_rig : unit_rig.materials) {
     of_rig.youngs_modulus_pa.reset();
     of_rig.poissons_ratio = material.poissons_ratio;
@@ -130,8 +130,15 @@ MaterialValidation validate_material(const Rig& rig,
   result.element = rung.mesh.kind;
   Material used = material;
   used.youngs_modulus_numerical_pa = modulus;
-  result.validation = validate_against_trace(
-      rig, rung, used, trace, result.column, result.inversion, options.progress);
+  result.validation = validate_against_trace(rig,
+                                             rung,
+                                             used,
+                                             trace,
+                                             result.column,
+                                             result.inversion,
+                                             options.progress,
+                                             0,
+                                             options.on_state);
   if (!result.validation.run.usable()) throw NumericalFailure(result.validation.run.message);
   result.phase_drift_rad = phase_drift(result.validation.time_s,
                                        result.validation.tracked,

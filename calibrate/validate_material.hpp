@@ -21,6 +21,7 @@ struct MaterialValidationOptions {
   bool identified = false;             ///< E instead of E_n
   InversionOptions inversion;          ///< window and band
   ProgressCallback progress = {};
+  MeshObserver on_state = {};  ///< sees every simulated state; a step that fails begins them anew
 };
 
 /// What one number is worth beside its bound.

@@ -320,6 +320,7 @@ TrackResult Tracking::finish() {
   m_result.plane_residual_mm = map.residual_mm;
   m_result.scale_sigma_rel = map.scale_sigma_rel;
   m_result.notes = map.notes;
+  m_result.map = {map.plane_from_px, info.pixel_aspect, m_lens};
   find_noise_floors(straight, map, doubled);
   add_notes(doubled);
 

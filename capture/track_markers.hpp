@@ -3,6 +3,7 @@
 
 #include "capture/clock_check.hpp"
 #include "capture/image.hpp"
+#include "capture/picture_map.hpp"
 #include "capture/time_base.hpp"
 #include "core/constants.hpp"
 #include "core/note.hpp"
@@ -70,6 +71,7 @@ struct TrackResult {
                                   ///< their sigmas; nan where nothing tells, see `PlaneMap` [-]
   std::vector<double> size_px;    ///< of each marker in the first frame [px]
   std::vector<bool> doubled;      ///< one a frame: repeats the one before
+  PictureMap map;                 ///< how the film shows the rest plane
 };
 
 /// Tracks the rig's markers through a film and maps them into the rig frame.

@@ -119,6 +119,10 @@ Reference build_reference(const Rig& rig, const LadderOptions& options) {
 
 }  // namespace
 
+Rig as_solids(const Rig& rig) {
+  return rig.meshing.file ? with_surfaces_of(rig, read_mesh_of(rig, ElementKind::Hex20)) : rig;
+}
+
 MeshLadder build_reference_ladder(const Rig& rig, const LadderOptions& options) {
   return build_reference(rig, options).ladder;
 }
@@ -133,9 +137,7 @@ MeshLadder choose_again(const Rig& rig, MeshLadder ladder, const LadderOptions& 
   options.check();
   assert(!ladder.reference.empty());
   std::vector<std::string> said_before;
-  const Rig identified = rig_to_identify(
-      rig.meshing.file ? with_surfaces_of(rig, read_mesh_of(rig, ElementKind::Hex20)) : rig,
-      said_before);
+  const Rig identified = rig_to_identify(as_solids(rig), said_before);
   ladder.notes.resize(ladder.num_reference_notes);
   ladder.candidates.clear();
   ladder.beside.reset();

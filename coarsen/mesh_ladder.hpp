@@ -146,6 +146,11 @@ struct MeshLadder {
                                     int num_modes,
                                     const ProgressCallback& progress = {});
 
+/// A rig whose part is a mesh file with that mesh's outside as its solids, for voxels; any other as
+/// it is.
+/// @throws InputError if the mesh file cannot be read
+[[nodiscard]] Rig as_solids(const Rig& rig);
+
 /// The materials of `mesh` as the eigenproblem wants them: the rig's stated Young's modulus, else
 /// `unknown_modulus_pa`.
 [[nodiscard]] std::vector<ElasticMaterial> elastic_materials(const Rig& rig,

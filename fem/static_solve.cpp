@@ -5,7 +5,6 @@
 #include "fem/detail/first_lambda.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +23,6 @@ constexpr double kSufficientDecrease = 1e-4;           // Armijo's constant [-]
 constexpr double kSmallestStepLength = 1.0 / 16384.0;  // of the Newton step [-]
 constexpr double kGapTolerance = 1e-12;  // of the prescribed displacement, relative to it [-]
 constexpr double kLargestShift = 1e12;   // of the mass, over the first eigenvalue's estimate [-]
-constexpr double kOwnPart = 1e-6;        // of a pull, that no other pull holds [-]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRoundOff = 8.0 * kEpsilon;  // of a sum over the elements at a node [-]
 
@@ -296,32 +294,6 @@ void StaticOptions::check() const {
         fmt::format("max_newton_iterations is {}, must be >= 1", max_newton_iterations));
   if (load_steps < 1) throw InputError(fmt::format("load_steps is {}, must be >= 1", load_steps));
   solver.check();
-}
-
-void check_pulls(const Eigen::MatrixXd& C) {
-  for (Eigen::Index i = 0; i < C.cols(); ++i) {
-    if (!(C.col(i).norm() > 0.0))
-      throw InputError(
-          fmt::format("pulled point {} lies among held nodes, must be free to move", i + 1));
-    if (i == 0) continue;
-    // Least squares by the columns before: what is left is this pull's own.
-    const Eigen::MatrixXd before = C.leftCols(i);
-    const Eigen::VectorXd rest = C.col(i) - before * before.colPivHouseholderQr().solve(C.col(i));
-    if (!(rest.norm() > kOwnPart * C.col(i).norm()))
-      throw InputError(fmt::format(
-          "pulled point {} is held along its direction already by those before it, must be free to "
-          "move",
-          i + 1));
-  }
-}
-
-Eigen::VectorXd nodal_force(const HexMesh& mesh,
-                            const MeshPoint& point,
-                            const Eigen::Vector3d& force_n) {
-  Eigen::VectorXd force = Eigen::VectorXd::Zero(mesh.num_dofs());
-  for (std::size_t i = 0; i < point.nodes.size(); ++i)
-    force.segment<3>(3 * point.nodes[i]) += point.weights[static_cast<Eigen::Index>(i)] * force_n;
-  return force;
 }
 
 StaticResult solve_static(const ElasticBody& body,

@@ -2,16 +2,13 @@
 #include "simulate/newton.hpp"
 
 #include "core/constants.hpp"
-#include "simulate/detail/damped_body.hpp"
 #include "simulate/detail/minimal_residual.hpp"
-#include "simulate/detail/stale_factor.hpp"
 #include "simulate/detail/state_stream.hpp"
+#include "simulate/detail/step_system.hpp"
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -20,7 +17,7 @@ namespace twang {
 namespace {
 
 using detail::DampedBody;
-using detail::StaleFactor;
+using detail::PhaseTimer;
 
 constexpr double kSufficientDecrease = 1e-4;          // of the merit's square root, per step [-]
 constexpr double kSmallestStepLength = 1.0 / 1024.0;  // of the Newton step [-]
@@ -33,42 +30,11 @@ constexpr double kMendingAccuracy = 1e-3;  // of their linear solves [-]
 constexpr double kScaleMemory = 0.99;      // of the largest force met, a step [-]
 constexpr double kRoundOff = 8.0 * std::numeric_limits<double>::epsilon();
 
-/// Adds the wall time it lives to a phase.
-class PhaseTimer {
- public:
-  explicit PhaseTimer(double& phase_s) : m_phase_s(phase_s) {}
-  ~PhaseTimer() {
-    m_phase_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
-  }
-  PhaseTimer(const PhaseTimer&) = delete;
-  PhaseTimer& operator=(const PhaseTimer&) = delete;
-
- private:
-  double& m_phase_s;
-  std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
-};
-
 }  // namespace
-
-StepPhases& StepPhases::operator+=(const StepPhases& other) {
-  forces_s += other.forces_s;
-  products_s += other.products_s;
-  factorization_s += other.factorization_s;
-  preconditioner_s += other.preconditioner_s;
-  return *this;
-}
-
-StepWork& StepWork::operator+=(const StepWork& other) {
-  load_j += other.load_j;
-  base_j += other.base_j;
-  damping_j += other.damping_j;
-  points_j += other.points_j;
-  return *this;
-}
 
 struct StepNewton::Impl {
   Impl(const ElasticBody& body, const std::vector<int>& held_nodes, NewtonOptions newton_options)
-      : damped(body, held_nodes), factor(damped, newton_options.solver), options(newton_options) {}
+      : system(body, held_nodes, newton_options.solver), options(newton_options) {}
 
   /// A trial increment with all that follows from it.
   struct Trial {
@@ -84,14 +50,14 @@ struct StepNewton::Impl {
   };
 
   [[nodiscard]] Trial evaluate(const StepEquation& equation, Eigen::VectorXd delta) const {
-    const PhaseTimer timer(phases.forces_s);
+    const PhaseTimer timer(system.phases.forces_s);
     Trial trial;
     trial.u = equation.u0 + delta;
     trial.v = equation.gamma_per_s * delta + equation.v_offset;
     const Eigen::VectorXd inertia =
-        equation.mu_per_s2 * damped.mass_product(delta - equation.delta_free);
-    trial.resisting = damped.resisting_force(trial.u, trial.v);
-    trial.residual = off_points(inertia + trial.resisting - equation.load);
+        equation.mu_per_s2 * system.damped().mass_product(delta - equation.delta_free);
+    trial.resisting = system.damped().resisting_force(trial.u, trial.v);
+    trial.residual = system.off_points(inertia + trial.resisting - equation.load);
     trial.norm = trial.residual.norm();
     trial.scale = std::max({inertia.norm(), trial.resisting.norm(), equation.load.norm()});
     trial.delta = std::move(delta);
@@ -116,51 +82,13 @@ struct StepNewton::Impl {
     at.v = trial.v;
     at.mu_per_s2 = equation.mu_per_s2;
     at.gamma_per_s = equation.gamma_per_s;
-    at.differences = damped.stiff_in_volume();
+    at.differences = system.damped().stiff_in_volume();
     return at;
   }
 
   [[nodiscard]] bool renew(const DampedBody::Linearization& at, StepReport& report) {
-    const PhaseTimer timer(phases.factorization_s);
     ++report.factorizations;
-    const bool ready = factor.renew(at);
-    if (ready) respond_to_points();
-    return ready;
-  }
-
-  void follow(const Eigen::VectorXd& u) {
-    factor.follow(u);
-    respond_to_points();
-  }
-
-  /// What the preconditioner makes of forces on the held points.
-  void respond_to_points() {
-    if (C.cols() == 0) return;
-    const PhaseTimer timer(phases.preconditioner_s);
-    PC.resize(C.rows(), C.cols());
-    for (Eigen::Index i = 0; i < C.cols(); ++i) PC.col(i) = factor.apply(C.col(i));
-    schur.compute(C.transpose() * PC);
-  }
-
-  /// A force without what the held points carry, (1 - C (Cᵀ C)⁻¹ Cᵀ) r.
-  [[nodiscard]] Eigen::VectorXd off_points(Eigen::VectorXd r) const {
-    if (C.cols() > 0) r -= C * gram.solve(C.transpose() * r);
-    return r;
-  }
-
-  /// P⁻¹ r, along which held points stay where they are.
-  [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& r) const {
-    const PhaseTimer timer(phases.preconditioner_s);
-    if (C.cols() == 0) return factor.apply(r);
-    Eigen::VectorXd z = factor.apply(off_points(r));
-    z -= PC * schur.solve(C.transpose() * z);
-    return z;
-  }
-
-  [[nodiscard]] Eigen::VectorXd product(const DampedBody::Linearization& at,
-                                        const Eigen::VectorXd& w) const {
-    const PhaseTimer timer(phases.products_s);
-    return off_points(damped.step_product(at, w));
+    return system.renew(at);
   }
 
   /// One Newton iteration; false and a sentence in the report if it cannot go on.
@@ -183,16 +111,10 @@ struct StepNewton::Impl {
                                             Trial& trial,
                                             StepReport& report);
 
-  DampedBody damped;
-  StaleFactor factor;
-  Eigen::MatrixXd C;                   // of held points, (3 num_nodes x k)
-  Eigen::LLT<Eigen::MatrixXd> gram;    // Cᵀ C
-  Eigen::MatrixXd PC;                  // P⁻¹ C
-  Eigen::LDLT<Eigen::MatrixXd> schur;  // Cᵀ P⁻¹ C
+  detail::StepSystem system;
   NewtonOptions options;
   double force_scale = 0.0;       // largest force met, slowly forgotten [N]
   double linear_reduction = 0.0;  // of the last linear solve [-]
-  mutable StepPhases phases;      // of the step being solved
 };
 
 double StepNewton::Impl::merit_of(const Trial& trial) {
@@ -202,7 +124,7 @@ double StepNewton::Impl::merit_of(const Trial& trial) {
 bool StepNewton::Impl::good_enough(Trial& there, double merit, double goal) const {
   if (!there.finite()) return false;
   if (there.norm <= goal) return true;
-  there.preconditioned = precondition(there.residual);
+  there.preconditioned = system.precondition(there.residual);
   return merit_of(there) <= merit;
 }
 
@@ -225,13 +147,13 @@ bool StepNewton::Impl::go_along(const StepEquation& equation,
     if (!there.finite() || mended == kMostMended) break;
     at.u = there.u;
     at.v = there.v;
-    const auto linear =
-        detail::minimal_residual([&](const Eigen::VectorXd& w) { return product(at, w); },
-                                 [this](const Eigen::VectorXd& r) { return precondition(r); },
-                                 there.residual,
-                                 there.preconditioned,
-                                 kMendingAccuracy,
-                                 kMaxLinearIterations);
+    const auto linear = detail::minimal_residual(
+        [&](const Eigen::VectorXd& w) { return system.product(at, w); },
+        [this](const Eigen::VectorXd& r) { return system.precondition(r); },
+        there.residual,
+        there.preconditioned,
+        kMendingAccuracy,
+        kMaxLinearIterations);
     report.linear_iterations += linear.iterations;
     if (!linear.finite || !linear.converged) break;
     there = evaluate(equation, there.delta - linear.x);
@@ -249,7 +171,7 @@ bool StepNewton::Impl::iterate(
     const StepEquation& equation, double forcing, double goal, Trial& trial, StepReport& report) {
   DampedBody::Linearization at = linearize(equation, trial);
   bool fresh = false;
-  if (!factor.fits(at) || factor.worn()) {
+  if (!system.factor().fits(at) || system.factor().worn()) {
     if (!renew(at, report)) {
       report.message = "the matrix of the step could not be factorized";
       return false;
@@ -257,13 +179,13 @@ bool StepNewton::Impl::iterate(
     fresh = true;
     trial.preconditioned.resize(0);
   }
-  const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
+  const auto preconditioner = [this](const Eigen::VectorXd& r) { return system.precondition(r); };
   while (true) {
     if (trial.preconditioned.size() == 0) {
-      if (!fresh) follow(trial.u);
-      trial.preconditioned = precondition(trial.residual);
+      if (!fresh) system.follow(trial.u);
+      trial.preconditioned = system.precondition(trial.residual);
     }
-    const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
+    const auto jacobian = [&](const Eigen::VectorXd& w) { return system.product(at, w); };
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
@@ -298,19 +220,19 @@ Eigen::VectorXd StepNewton::Impl::linear_step(const StepEquation& equation,
                                               Trial& trial,
                                               StepReport& report) {
   const DampedBody::Linearization at = linearize(equation, trial);
-  const auto jacobian = [&](const Eigen::VectorXd& w) { return product(at, w); };
-  const auto preconditioner = [this](const Eigen::VectorXd& r) { return precondition(r); };
-  bool fresh = !factor.fits(at) || factor.worn();
+  const auto jacobian = [&](const Eigen::VectorXd& w) { return system.product(at, w); };
+  const auto preconditioner = [this](const Eigen::VectorXd& r) { return system.precondition(r); };
+  bool fresh = !system.factor().fits(at) || system.factor().worn();
   for (;;) {
     if (fresh && !renew(at, report)) {
       report.message = "the matrix of the step could not be factorized";
       return {};
     }
-    if (!fresh) follow(trial.u);
+    if (!fresh) system.follow(trial.u);
     const auto linear = detail::minimal_residual(jacobian,
                                                  preconditioner,
                                                  trial.residual,
-                                                 precondition(trial.residual),
+                                                 system.precondition(trial.residual),
                                                  accuracy,
                                                  kMaxLinearIterations);
     report.linear_iterations += linear.iterations;
@@ -331,23 +253,20 @@ StepNewton::~StepNewton() = default;
 StepNewton::StepNewton(StepNewton&&) noexcept = default;
 StepNewton& StepNewton::operator=(StepNewton&&) noexcept = default;
 
-void StepNewton::hold(Eigen::MatrixXd C) {
-  m_impl->C = std::move(C);
-  m_impl->gram.compute(m_impl->C.transpose() * m_impl->C);
-}
+void StepNewton::hold(Eigen::MatrixXd C) { m_impl->system.hold(std::move(C)); }
 
 Eigen::VectorXd StepNewton::mass_product(const Eigen::VectorXd& w) const {
-  return m_impl->damped.mass_product(w);
+  return m_impl->system.damped().mass_product(w);
 }
 
 Eigen::VectorXd StepNewton::resisting_force(const Eigen::VectorXd& u,
                                             const Eigen::VectorXd& v) const {
-  return m_impl->damped.resisting_force(u, v);
+  return m_impl->system.damped().resisting_force(u, v);
 }
 
 Eigen::VectorXd StepNewton::damping_force(const Eigen::VectorXd& u,
                                           const Eigen::VectorXd& v) const {
-  return m_impl->damped.damping_force(u, v);
+  return m_impl->system.damped().damping_force(u, v);
 }
 
 StepSolution StepNewton::solve(const StepEquation& equation,
@@ -355,7 +274,7 @@ StepSolution StepNewton::solve(const StepEquation& equation,
   Impl& impl = *m_impl;
   StepSolution solution;
   StepReport& report = solution.report;
-  impl.phases = {};
+  impl.system.phases = {};
   report.termination = Termination::NumericalFailure;
   Impl::Trial trial = impl.best_of(equation, guesses);
   if (!trial.finite()) {
@@ -367,7 +286,7 @@ StepSolution StepNewton::solve(const StepEquation& equation,
   double forcing = kFirstForcing;
   for (;; ++report.newton_iterations) {
     scale = std::max(scale, trial.scale);
-    const double round_off = kRoundOff * impl.factor.diagonal_force(trial.u, trial.delta);
+    const double round_off = kRoundOff * impl.system.factor().diagonal_force(trial.u, trial.delta);
     const double goal = std::max(impl.options.tolerance * scale, round_off);
     report.residual = scale > 0.0 ? trial.norm / scale : 0.0;
     if (trial.norm <= goal) {
@@ -390,10 +309,10 @@ StepSolution StepNewton::solve(const StepEquation& equation,
     const double surprise = std::abs(trial.norm / before - impl.linear_reduction);
     forcing = std::clamp(surprise, 1e-6, kLargestForcing);
   }
-  impl.factor.count_step(report.linear_iterations);
-  report.phases = impl.phases;
+  impl.system.factor().count_step(report.linear_iterations);
+  report.phases = impl.system.phases;
   if (report.termination != Termination::Converged) {
-    if (impl.damped.stiff_in_volume())
+    if (impl.system.damped().stiff_in_volume())
       report.message +=
           " (with a Poisson's ratio so near 1/2, K of a strongly bent body is indefinite and "
           "damping "
@@ -411,7 +330,7 @@ StepSolution StepNewton::solve_linearized(const StepEquation& equation,
   Impl& impl = *m_impl;
   StepSolution solution;
   StepReport& report = solution.report;
-  impl.phases = {};
+  impl.system.phases = {};
   report.termination = Termination::NumericalFailure;
   Impl::Trial trial = impl.evaluate(equation, guess);
   if (!trial.finite()) {
@@ -433,24 +352,24 @@ StepSolution StepNewton::solve_linearized(const StepEquation& equation,
   }
   report.residual = trial.norm / scale;
   impl.force_scale = scale;
-  impl.factor.count_step(report.linear_iterations);
-  report.phases = impl.phases;
+  impl.system.factor().count_step(report.linear_iterations);
+  report.phases = impl.system.phases;
   report.termination = Termination::Converged;
   solution.delta = std::move(trial.delta);
   solution.resisting_force = std::move(trial.resisting);
   return solution;
 }
 
-std::string StepNewton::solver() const { return m_impl->factor.description(); }
+std::string StepNewton::solver() const { return m_impl->system.factor().description(); }
 
 void StepNewton::save(detail::StateWriter& writer) const {
   writer.write(m_impl->force_scale);
-  m_impl->factor.save(writer);
+  m_impl->system.factor().save(writer);
 }
 
 void StepNewton::restore(detail::StateReader& reader) {
   m_impl->force_scale = reader.read_number();
-  m_impl->factor.restore(reader);
+  m_impl->system.factor().restore(reader);
 }
 
 }  // namespace twang

@@ -14,6 +14,22 @@ constexpr double kWholeSteps = 1e-9;  // slack of duration / step, round-off of 
 
 }  // namespace
 
+StepPhases& StepPhases::operator+=(const StepPhases& other) {
+  forces_s += other.forces_s;
+  products_s += other.products_s;
+  factorization_s += other.factorization_s;
+  preconditioner_s += other.preconditioner_s;
+  return *this;
+}
+
+StepWork& StepWork::operator+=(const StepWork& other) {
+  load_j += other.load_j;
+  base_j += other.base_j;
+  damping_j += other.damping_j;
+  points_j += other.points_j;
+  return *this;
+}
+
 void RunSummary::add(const StepReport& report) {
   newton_iterations += report.newton_iterations;
   linear_iterations += report.linear_iterations;

@@ -235,5 +235,18 @@ TEST_F(BadInput, UnknownCommandsAndOptions) {
   EXPECT_EQ(folder.num_entries(), 0U);
 }
 
+TEST_F(BadInput, AnOverlayOfAValidationNeedsItsFilmAndDoesNotReplaceIt) {
+  const std::vector<std::string> validate = {
+      "validate", kStrip, "--material", "m.json", "--trace", "t.csv", "--overlay"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), validate.begin(), validate.end());
+    return more;
+  };
+  const std::string film = (folder / "film.mkv").string();
+  write_empty_film(film);
+  expect_refused(with({"o.mp4"}), "--video");
+  expect_refused(with({film, "--video", film}), "written over");
+}
+
 }  // namespace
 }  // namespace twang::test

@@ -40,6 +40,25 @@ void expect_the_ladder_of_the_lrig(const nlohmann::json& ladder) {
   EXPECT_NEAR(chosen.at("modulus_identified_over_numerical").get<double>(), 2.54, 0.05);
 }
 
+/// The material held against its own film again, the simulated outline drawn over it.
+void expect_validation(const fs::path& rig, const fs::path& film, const fs::path& out) {
+  const CommandOutcome outcome = run_twang({"validate",
+                                            rig.string(),
+                                            "--material",
+                                            (out / "material.json").string(),
+                                            "--trace",
+                                            (out / "trace.csv").string(),
+                                            "--video",
+                                            film.string(),
+                                            "--overlay",
+                                            (out / "outline.mp4").string(),
+                                            "--json",
+                                            "-"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(nlohmann::json::parse(outcome.out).at("all_met").get<bool>()) << outcome.out;
+  EXPECT_GT(fs::file_size(out / "outline.mp4"), 10000U);
+}
+
 class SampleFilm : public testing::TestWithParam<Sample> {};
 
 TEST_P(SampleFilm, CalibratesToItsTruth) {
@@ -79,6 +98,9 @@ TEST_P(SampleFilm, CalibratesToItsTruth) {
   }
   if (GetParam().film == std::string("lrig")) {
     expect_the_ladder_of_the_lrig(nlohmann::json::parse(read_file(folder / "out" / "ladder.json")));
+  }
+  if (GetParam().film == std::string("strip")) {
+    expect_validation(source / "rigs" / GetParam().rig, film, folder / "out");
   }
   RecordProperty("summary", outcome.out);
   std::printf("%s: E / truth %.4f, b / truth %.4f, rms %.4f, f %.5f, d %.5f\n",

@@ -7,6 +7,7 @@
 #include "core/units.hpp"
 #include "rigs/load_rig.hpp"
 #include "tests/support/expect_refusal.hpp"
+#include "tests/support/file_rig.hpp"
 
 #include <gtest/gtest.h>
 
@@ -110,6 +111,14 @@ TEST(CheckRig, AGoodRigIsFitToBeFilmed) {
   for (const char* subject : {"markers", "clock", "light", "focus", "noise", "shake"}) {
     expect_finding(filmed, subject, CheckVerdict::Ok, "");
   }
+}
+
+TEST(CheckRig, AMeshFileMovesAsTheSolidDoes) {
+  const test::FileRig file(strip(), 2e-3);
+  const RigCheck of_file = check_rig(file.rig);
+  const RigCheck of_solid = check_rig(strip());
+  ASSERT_FALSE(of_file.motion.frequency_hz.empty()) << of_file.motion.unknown_because;
+  EXPECT_NEAR(of_file.motion.frequency_hz[0] / of_solid.motion.frequency_hz.at(0), 1.0, 1e-3);
 }
 
 TEST(CheckRig, ComparesTheFrequencyWithTheFrameRate) {

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/trace_file.hpp"
 #include "core/units.hpp"
+#include "tests/support/file_rig.hpp"
 #include "tests/support/rigs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -95,6 +96,17 @@ TEST(Predict, FindsTheFrequencyAndDecayOfAWeightedBeam) {
     EXPECT_NEAR(
         y[i] + prediction.inversion.offsets[0], prediction.inversion.evaluate(0, times[i]), 0.02);
   }
+}
+
+TEST(Predict, OfAMeshFileIsThatOfTheSolid) {
+  const test::TemporaryFolder folder;
+  PredictionOptions options;
+  options.max_dofs = 10000;
+  const fs::path trace = write_trace(folder, 1.0);
+  const test::FileRig file(weighted_strip(), 2e-3);
+  const Prediction of_file = predict_motion(file.rig, material(), trace, options);
+  const Prediction of_solid = predict_motion(weighted_strip(), material(), trace, options);
+  EXPECT_NEAR(of_file.same_b.frequency_hz / of_solid.same_b.frequency_hz, 1.0, 0.003);
 }
 
 TEST(Predict, SaysByHowMuchBHasChangedWhereTheDecayMisses) {

@@ -6,6 +6,7 @@
 #include "rigs/load_rig.hpp"
 #include "tests/simulate/sample_scene.hpp"
 #include "tests/support/expect_refusal.hpp"
+#include "tests/support/file_rig.hpp"
 
 #include <gtest/gtest.h>
 
@@ -70,6 +71,18 @@ TEST(ValidateMaterial, AMeshFollowsItsOwnSmallVibration) {
   EXPECT_NEAR(result.phase_drift_rad, -9.0 * kTwoPi * 3.3e-4, 0.01);
   for (const FigureOfMerit& figure : result.figures()) EXPECT_TRUE(figure.met()) << figure.name;
   EXPECT_TRUE(holds(validation_to_json(result), "\"all_met\": true"));
+}
+
+TEST(ValidateMaterial, AMeshFileIsCutIntoTheCellsToWhichTheModulusBelongs) {
+  const Rig rig = strip_with_observable();
+  const Trace trace = small_vibration(rig, 1.0);
+  const test::FileRig file(rig, 2.5e-3);
+  const MaterialValidation of_file = validate_material(file.rig, material_of_mesh(), trace);
+  const MaterialValidation of_solid = validate_material(rig, material_of_mesh(), trace);
+  EXPECT_EQ(of_file.num_elements, of_solid.num_elements);
+  EXPECT_NEAR(of_file.validation.simulated_frequency_hz,
+              of_solid.validation.simulated_frequency_hz,
+              1e-6 * of_solid.validation.simulated_frequency_hz);
 }
 
 TEST(ValidateMaterial, AWrongModulusIsSeenInFrequencyAndPhase) {

@@ -6,9 +6,8 @@
 #include "coarsen/virtual_measurement.hpp"
 #include "fem/read_mesh.hpp"
 #include "fem/refine_mesh.hpp"
-#include "fem/vtu.hpp"
 #include "tests/coarsen/rigs_of_tests.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/support/file_rig.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,20 +17,8 @@
 namespace twang {
 namespace {
 
+using test::FileRig;
 using test::mm;
-
-/// A rig whose part is the mesh of another rig, in a file.
-struct FileRig {
-  FileRig(const Rig& solid, double dx_m) : rig(solid) {
-    write_vtu(folder / "part.vtu", mesh_part(solid, dx_m, ElementKind::Hex8), {});
-    rig.parts.clear();
-    rig.meshing.file = MeshFile{};
-    rig.meshing.file->file = folder / "part.vtu";
-    rig.meshing.file->metres_per_unit = 1.0;
-  }
-  test::TemporaryFolder folder;
-  Rig rig;
-};
 
 LadderOptions file_ladder() {
   LadderOptions options;

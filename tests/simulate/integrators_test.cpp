@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,9 @@ TEST_P(SchemeTest, ConvergesWithItsOrder) {
     steps.push_back(1.0 / n);
     errors.push_back((end_of(body, GetParam().scheme, n) - exact).norm());
   }
-  EXPECT_NEAR(fitted_order(steps, errors), GetParam().order, 0.1);
+  const double order = fitted_order(steps, errors);
+  std::printf("%s: order %.3f\n", std::string(to_string(GetParam().scheme)).c_str(), order);
+  EXPECT_NEAR(order, GetParam().order, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes,

@@ -9,7 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -23,11 +25,14 @@ using test::refusal_of;
 using test::SampleScene;
 using test::with;
 
-SceneSummary run_in(const SampleScene& sample, const fs::path& out, bool resume = false) {
+SceneSummary run_in(const SampleScene& sample,
+                    const fs::path& out,
+                    bool resume = false,
+                    int threads = 1) {
   SceneOptions options;
   options.folder = out;
   options.resume = resume;
-  options.threads = 1;
+  options.threads = threads;
   return run_scene(load_scene(sample.scene), options);
 }
 
@@ -177,6 +182,33 @@ release_s = 2e-3
   ASSERT_TRUE(run_until(sample, parts, 4.0, false));
   for (const double steps : {9.0, 18.0, 29.0}) ASSERT_TRUE(run_until(sample, parts, steps, true));
   EXPECT_EQ(run_in(sample, parts, true).state_sha256, reference.state_sha256);
+}
+
+TEST(RunScene, TwoThreadsGoWhereOneGoes) {
+  // Fine enough for work to be shared: 40 x 10 x 4 cells.
+  for (const std::string solver : {"factor", "multigrid"}) {
+    const SampleScene sample(
+        with(with(kStripScene, "dx_mm = 5.0", "dx_mm = 1.0\nsolver = \"" + solver + "\""),
+             "every_s = 5e-4",
+             "every_s = 1e-4"));
+    ASSERT_TRUE(run_in(sample, sample.folder / "one").usable());
+    ASSERT_TRUE(run_in(sample, sample.folder / "two", false, 2).usable());
+    const Trace one = read_trace_csv(sample.folder / "one" / "probes.csv");
+    const Trace two = read_trace_csv(sample.folder / "two" / "probes.csv");
+    const auto& z = column(one, "strip.tip.z_mm");
+    const auto& other = column(two, "strip.tip.z_mm");
+    ASSERT_EQ(z.size(), 41U);
+    ASSERT_EQ(other.size(), z.size());
+    double apart = 0.0;
+    for (std::size_t i = 0; i < z.size(); ++i) apart = std::max(apart, std::abs(z[i] - other[i]));
+    const double swing =
+        *std::max_element(z.begin(), z.end()) - *std::min_element(z.begin(), z.end());
+    std::printf(
+        "%s: one and two threads are %.1e of the swing apart\n", solver.c_str(), apart / swing);
+    EXPECT_GT(swing, 1.0);
+    // a step's tolerance is 1e-8 of the forces, of which a factor's last digits decide the rest
+    EXPECT_LT(apart, 1e-6 * swing);
+  }
 }
 
 TEST(RunScene, SaysHowItsEquationsAreSolved) {
