@@ -27,7 +27,7 @@ struct DrawStatistics {
   Spread frequency;
   Spread decay;
   /// Root mean of (error / Cramer-Rao bound)² of least squares itself: the true number of modes,
-  /// started at the truth. What no search for modes can do better than [-].
+  /// started at the truth. A search can do better only by what it takes off of its bias [-].
   double best_frequency = 0.0;
   double best_decay = 0.0;
 };
@@ -37,7 +37,8 @@ struct DrawStatistics {
 ///
 /// The bound is that of a fit with amplitude, phase and offset free, at the phase of each draw. It
 /// is one of small noise: where the error of d is no longer small beside d, as in a mode gone
-/// within some samples, no estimate attains it, and `DrawStatistics::best_decay` says by how much.
+/// within some samples, least squares does not attain it, and `DrawStatistics::best_decay` says by
+/// how much.
 [[nodiscard]] DrawStatistics draw_sinusoids(const DrawnSinusoid& truth,
                                             int draws,
                                             std::uint32_t first_seed);

@@ -20,6 +20,8 @@ using Eigen::VectorXd;
 constexpr double kCellsPerSample = 4.0;
 /// A decay is called negative beyond this many sigma.
 constexpr double kGrowthSigmas = 3.0;
+/// The damping ratio of a lone mode is called too high beyond this many sigma.
+constexpr double kDampingSigmas = 3.0;
 /// A heavily damped mode must have this part of the strongest mode's energy to be one.
 constexpr double kTransientEnergyPart = 0.05;
 constexpr double kTransientDampingRatio = 0.35;
@@ -44,6 +46,17 @@ constexpr double kMaxOutlierPart = 0.02;
 
 double damping_ratio(const DampedPole& pole) {
   return pole.decay_per_s / std::hypot(kTwoPi * pole.frequency_hz, pole.decay_per_s);
+}
+
+/// Of the damping ratio of pole `k`.
+double damping_ratio_sigma(const SinusoidFit& fit, std::size_t k) {
+  const double omega = kTwoPi * fit.poles[k].frequency_hz;
+  const double decay = fit.poles[k].decay_per_s;
+  const auto i = 2 * static_cast<Index>(k);
+  const Eigen::Vector2d gradient =
+      omega / std::pow(std::hypot(omega, decay), 3) * Eigen::Vector2d(-kTwoPi * decay, omega);
+  const double variance = gradient.dot(fit.pole_covariance.block<2, 2>(i, i) * gradient);
+  return std::sqrt(std::max(variance, 0.0) * fit.variance());
 }
 
 }  // namespace
@@ -125,7 +138,9 @@ std::optional<std::string> ModeCriteria::objection(const SinusoidFit& fit, std::
     return "decays within a sample";
   }
   const double ratio = damping_ratio(pole);
-  if (std::abs(ratio) > m_options.max_damping_ratio) {
+  const double chance =
+      is_lone_and_sure(fit, k) ? kDampingSigmas * damping_ratio_sigma(fit, k) : 0.0;
+  if (std::abs(ratio) > m_options.max_damping_ratio + chance) {
     return fmt::format("damping ratio {:.2f}: a moving baseline, not a vibration", ratio);
   }
   if (!(amplitude_over_sigma(fit, k) > kMinAmplitudeSigmas) && !is_lone_and_sure(fit, k)) {

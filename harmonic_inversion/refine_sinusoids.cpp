@@ -171,7 +171,7 @@ MatrixXd scaled_inverse(const MatrixXd& normal) {
 /// Fills the linear part and all covariances of `fit` at its poles.
 ///
 ///     cov(p) = (sum_c D_c^T P_c D_c)^-1,   cov(x_c) = (B_c^T B_c)^-1 + G_c cov(p) G_c^T,
-///     G_c = B_c⁺ D_c
+///     G_c = B_c⁺ D_c,   cov(x_c, p) = -G_c cov(p)
 void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
   const std::size_t num_channels = model.series().size();
   const std::size_t num_poles = fit.poles.size();
@@ -218,10 +218,16 @@ void complete(const Model& model, SinusoidFit& fit, bool poles_vary) {
     const MatrixXd covariance = scaled_inverse(normal);
     fit.pole_covariance(moving, moving) = covariance;
     for (std::size_t c = 0; c < num_channels; ++c) {
-      fit.channels[c].covariance += gains[c] * covariance * gains[c].transpose();
+      const MatrixXd shared = gains[c] * covariance;
+      fit.channels[c].covariance += shared * gains[c].transpose();
+      MatrixXd& with_poles = fit.channels[c].covariance_with_poles;
+      with_poles = MatrixXd::Zero(shared.rows(), fit.pole_covariance.cols());
+      with_poles(Eigen::all, moving) = -shared;
     }
   }
   for (std::size_t c = 0; drift && c < num_channels; ++c) {
+    if (num_moving > 0)
+      fit.channels[c].covariance_with_poles.row(1) /= duration_of(model.series()[c]);
     for (MatrixXd* covariance :
          {&fit.channels[c].covariance, &fit.channels[c].covariance_at_poles}) {
       covariance->row(1) /= duration_of(model.series()[c]);

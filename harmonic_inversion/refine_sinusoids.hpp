@@ -37,6 +37,8 @@ struct ChannelFit {
   Eigen::MatrixXd covariance;   ///< of (offset, [drift], cosine, sine of each pole), unit variance
   double sum_of_squares = 0.0;  ///< of the unweighted residual where the weight is above 0
   Eigen::MatrixXd covariance_at_poles;  ///< as `covariance`, were the poles known
+  /// Of those (rows) with (f1, d1, f2, d2 ...) (columns); empty if the poles were given.
+  Eigen::MatrixXd covariance_with_poles;
 };
 
 /// A least-squares fit of damped sinusoids with its covariance.

@@ -5,6 +5,7 @@
 #include "harmonic_inversion/mode_criteria.hpp"
 #include "harmonic_inversion/projected_fit.hpp"
 #include "harmonic_inversion/propose_poles.hpp"
+#include "harmonic_inversion/second_order_bias.hpp"
 #include "harmonic_inversion/weighted_data.hpp"
 
 #include <algorithm>
@@ -66,9 +67,10 @@ class Selector {
   }
 
   /// Whether outliers in short runs may be in the record: they are seen, or several modes may stand
-  /// for them. Beside the modes of a long record they weigh little.
+  /// for them; or whether outliers stand for the only mode. Beside the modes of a long record they
+  /// weigh little.
   [[nodiscard]] bool may_hide_outliers(const ModeSelection& chosen) const {
-    return m_data.saw_runs_of_outliers() ||
+    return m_data.saw_runs_of_outliers() || (chosen.fit.poles.empty() && chosen.num_outliers > 0) ||
            (chosen.fit.poles.size() > 1 && chosen.fit.num_samples < kLongRecord);
   }
 
@@ -324,6 +326,24 @@ class Selector {
     m_best = std::move(fit);
   }
 
+  /// Of modes that are gone within some samples, or near one another, the bias shows. A decay at
+  /// its bound has another one.
+  void correct_bias() {
+    if (m_best.poles.empty() || is_exact()) return;
+    const bool is_bound = std::any_of(m_best.poles.begin(), m_best.poles.end(), [](const auto& p) {
+      return p.decay_per_s == 0.0;
+    });
+    if (is_bound) return;
+    auto corrected =
+        without_bias(m_data.series(), m_best, m_data.weights(), m_data.final_options());
+    if (!corrected) return;
+    m_best = std::move(*corrected);
+    for (std::size_t c = 0; c < m_data.series().size(); ++c) {
+      m_best.channels[c].residual.resize(0);
+      m_best.channels[c].residual = m_data.residual(m_best, c);
+    }
+  }
+
   ModeSelection finish() {
     ModeSelection out;
     for (std::size_t k = 0; k < m_best.poles.size(); ++k) {
@@ -342,6 +362,7 @@ class Selector {
       m_best.channels[c].residual = m_data.residual(m_best, c);
       out.moment_mismatch = std::max(out.moment_mismatch, m_data.moment_mismatch(m_best, c));
     }
+    correct_bias();
     out.fit = std::move(m_best);
     out.rejected = std::move(m_rejected);
     out.finder = m_finder;
@@ -370,7 +391,7 @@ ModeSelection select_modes(const std::vector<SampleSeries>& series,
   ModeSelection chosen = plain.run();
   if (!plain.may_hide_outliers(chosen)) return chosen;
   // Modes and outliers may stand for one another: what is gone within some samples is a mode if
-  // that takes fewer unknowns than an outlier a sample, and a marker's jump is no sum of modes.
+  // that takes fewer unknowns than outliers do, and a marker's jump is no sum of modes.
   Selector robust(series, options, true);
   ModeSelection other = robust.run();
   return robust.criterion(other) < plain.criterion(chosen) ? other : chosen;

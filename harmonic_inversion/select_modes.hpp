@@ -50,8 +50,11 @@ struct ModeSelection {
 /// Channels are weighted by their own noise and samples by their stated standard deviations;
 /// isolated outliers are left out. Where some in short runs are seen, or several modes in a short
 /// record may stand for them, it is done again from the strongest mode on with outliers counting
-/// less (see `robust_factors`), and what has the lower criterion is kept, each outlier being an
-/// unknown as a mode's four are.
+/// less (see `robust_factors`), and what has the lower criterion is kept, a run of outliers having
+/// an unknown each and two for its place, as a mode has four. So it is where outliers are seen and
+/// no mode.
+///
+/// What is chosen is least squares less its bias of second order, see `without_bias`.
 [[nodiscard]] ModeSelection select_modes(const std::vector<SampleSeries>& series,
                                          const SelectionOptions& options);
 

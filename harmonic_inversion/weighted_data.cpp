@@ -26,6 +26,23 @@ constexpr double kPhaseRoundOff = 2e-16;
 /// A fit with a residual below this part of the signal is worth polishing before it is judged.
 constexpr double kNearlyExact = 1e-4;
 
+/// What an unknown position among n samples costs, in units of ln n, an unknown value costing one:
+/// each is -2 ln of its share of what could be, a value known to 1 / sqrt(n) of its range.
+constexpr double kPositionCost = 2.0;
+
+/// Unknowns that it takes to set samples apart from the model: the value of each, and where each
+/// run begins; those of a part of their weight for the other part.
+double unknowns_of(const VectorXd& factors) {
+  double out = 0.0;
+  double most = 0.0;  // of the run
+  for (Index i = 0; i < factors.size(); ++i) {
+    const double lost = 1.0 - factors(i);
+    out += lost + kPositionCost * std::max(lost - most, 0.0);
+    most = lost > 0.0 ? std::max(most, lost) : 0.0;
+  }
+  return out;
+}
+
 /// All the same but for zeros.
 bool has_even_weights(const VectorXd& weights) {
   const double weight = weights.maxCoeff();
@@ -228,7 +245,7 @@ double WeightedData::criterion(const SinusoidFit& fit) const {
     out += (r.cwiseProduct(m_factors[c]).array().square() / variances.array()).sum() +
            variances.array().log().sum();
     samples += static_cast<double>(r.size());
-    outliers += (1.0 - m_factors[c].array()).sum();
+    outliers += unknowns_of(m_factors[c]);
   }
   return out + (fit.num_parameters + outliers) * std::log(samples);
 }

@@ -41,6 +41,9 @@ class WeightedData {
   /// @param fit  with its residuals
   [[nodiscard]] double moment_mismatch(const SinusoidFit& fit, std::size_t c) const;
 
+  /// One a channel and sample, 1 / sigma, 0 for an outlier.
+  [[nodiscard]] const std::vector<Eigen::VectorXd>& weights() const { return m_weights; }
+
   /// Residuals in units of each channel's noise; where the weights of a channel differ, with the
   /// `sigma` of each sample in that unit.
   [[nodiscard]] std::vector<SampleSeries> weighted_residuals(const SinusoidFit& fit) const;
@@ -56,9 +59,11 @@ class WeightedData {
   /// Whether a weighing found samples that would count less if `is_robust`.
   [[nodiscard]] bool saw_runs_of_outliers() const { return m_saw_runs_of_outliers; }
 
-  /// The Bayes criterion of a fit with the outliers as they are now, each an unknown of its own:
+  /// The Bayes criterion of a fit with the outliers as they are now, the value of each being an
+  /// unknown, and where each run of them begins, which any of the n samples may be, two more:
   ///
-  ///     sum_i (factor_i² r_i² / variance_i + ln variance_i) + (p + sum_i (1 - factor_i)) ln n
+  ///     sum_i (factor_i² r_i² / variance_i + ln variance_i)
+  ///       + (p + sum_i (1 - factor_i) + 2 sum_runs max (1 - factor_i)) ln n
   [[nodiscard]] double criterion(const SinusoidFit& fit) const;
 
   /// By it the samples of each channel are weighed.

@@ -55,5 +55,34 @@ TEST(InvertHarmonics, FindsALoneModeOfFourSamplesWhoseAmplitudeFollowsItsDecay) 
   }
 }
 
+TEST(InvertHarmonics, FindsALoneModeWhereTwoOutliersWouldStandForIt) {
+  // The first and the third sample are far off a record that is otherwise noise; and a mode whose
+  // damping ratio of least squares, 0.80, is above what oscillates, but by no more than chance.
+  for (const auto& [seed, phase_rad] : {std::pair{29176U, -1.557}, {26181U, -0.593}}) {
+    const double decay = kTwoPi * 60.0 * 0.4 / std::sqrt(1.0 - 0.16);
+    SynthesisOptions options;
+    options.noise_sigma = std::pow(10.0, -30.0 / 20.0);
+    options.seed = seed;
+    const InversionResult result =
+        invert_harmonics(synthesize_sinusoids({{60.0, decay, 1.0, phase_rad}}, options), {"y"});
+    ASSERT_EQ(result.modes.size(), 1U) << result.message;
+    EXPECT_NEAR(result.modes[0].frequency_hz, 60.0, 3.5 * result.modes[0].frequency_sigma_hz);
+    EXPECT_NEAR(result.modes[0].decay_per_s, decay, 3.5 * result.modes[0].decay_sigma_per_s);
+    EXPECT_EQ(result.weights[0].num_left_out, 0);
+  }
+}
+
+TEST(InvertHarmonics, MakesNoModeOfTwoBadFramesInNoise) {
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    SynthesisOptions options;
+    options.noise_sigma = 1.0;
+    options.seed = seed;
+    Trace trace = synthesize_sinusoids({}, options);
+    trace.channels[0].values[100 + seed] += 30.0;
+    trace.channels[0].values[200] -= 20.0;
+    EXPECT_TRUE(invert_harmonics(trace, {"y"}).modes.empty()) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace twang
