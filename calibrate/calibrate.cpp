@@ -238,8 +238,11 @@ void refine(const Rig& rig, const CalibrationOptions& options, Calibration& cali
   calibration.refined = refine_material(
       rig, calibration.ladder.coarse, material, recordings, calibration.coarse_mode, refinement);
   const RefinedMaterial& refined = *calibration.refined;
-  if (!refined.usable()) throw NumericalFailure(refined.message);
-  detail::take_refinement(refined, material);
+  if (refined.usable()) {
+    detail::take_refinement(refined, material);
+  } else {
+    (refined.agrees ? calibration.remarks : calibration.warnings).push_back(refined.message);
+  }
 }
 
 /// A release is a repeat of its own; the film stays with the first.
@@ -267,6 +270,7 @@ Calibration calibrate_repeats(const Rig& rig,
   Calibration calibration;
   for (Repeat& repeat : repeats) {
     repeat.columns = detail::columns_to_invert(rig, repeat.trace, repeat.file, options.columns);
+    if (options.refine) check_refinable(rig, repeat.columns.front());
   }
   if (options.each_release) {
     const std::size_t num_recordings = repeats.size();
@@ -305,6 +309,9 @@ Calibration calibrate_repeats(const Rig& rig,
   if (options.refine) refine(rig, options, calibration);
   if (options.validate) {
     const Repeat& first = calibration.repeats.front();
+    const bool refined = calibration.refined && calibration.refined->usable();
+    const FollowedStart start =
+        refined ? calibration.refined->recordings.front().start : FollowedStart{};
     calibration.validation = validate_against_trace(rig,
                                                     calibration.ladder.coarse,
                                                     calibration.material,
@@ -312,7 +319,9 @@ Calibration calibrate_repeats(const Rig& rig,
                                                     first.columns.front(),
                                                     first.inversion,
                                                     options.progress,
-                                                    calibration.coarse_mode);
+                                                    calibration.coarse_mode,
+                                                    {},
+                                                    start);
     calibration.material.validation = calibration.validation->figures;
     if (!calibration.validation->run.usable())
       calibration.warnings.push_back(calibration.validation->run.message);

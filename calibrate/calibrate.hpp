@@ -67,7 +67,8 @@ struct Calibration {
   ModeChoice mode;                       ///< that the fundamental is, of the finest reference mesh
   int coarse_mode = 0;                   ///< the same of the coarse mesh, from 0
   RichardsonLimit limit;                 ///< of that mode
-  std::optional<RefinedMaterial> refined;  ///< if that was asked for; in `material` already
+  /// If that was asked for; in `material` where usable, else a sentence says why not.
+  std::optional<RefinedMaterial> refined;
 };
 
 /// The inversion of all repeats with that of each, decay checks and all.

@@ -2,6 +2,7 @@
 #include "calibrate/refine_material.hpp"
 
 #include "calibrate/detail/followed_residuals.hpp"
+#include "calibrate/detail/judge_refinement.hpp"
 #include "core/error.hpp"
 
 #include <ceres/ceres.h>
@@ -11,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -100,9 +102,8 @@ class Normal {
   [[nodiscard]] Eigen::Matrix2d covariance() const {
     const MatrixXd all =
         m_matrix.ldlt().solve(MatrixXd::Identity(m_matrix.rows(), m_matrix.rows()));
-    Eigen::Matrix2d from_parameters;  // ln b = p1 - p0 / 2
-    from_parameters << 1.0, 0.0, -0.5, 1.0;
-    return from_parameters * all.topLeftCorner<2, 2>() * from_parameters.transpose();
+    return detail::from_parameters() * all.topLeftCorner<2, 2>() *
+           detail::from_parameters().transpose();
   }
 
  private:
@@ -118,29 +119,149 @@ double correlation_with_next(const VectorXd& residual) {
   return square > 0.0 ? residual.head(n - 1).dot(residual.tail(n - 1)) / square : 0.0;
 }
 
-void check_column(const Rig& rig,
-                  const RefinedRecording& recording,
-                  const TraceFollower& follower) {
-  if (const std::string fault = column_fault(rig, recording.column); !fault.empty())
-    throw InputError(fmt::format("the trace's column {} {}", recording.column, fault));
-  if (follower.observable().is_rigs_own()) return;
-  throw InputError(fmt::format(
-      "{}: [observable] is missing, must say where {} was seen: how large a motion is decides how "
-      "the simulation bends",
-      rig.file.string(),
-      recording.column));
+/// By its own weights, so that what the fit makes smaller is what is said to be left.
+double weighed_rms(const VectorXd& weighed_residual, const detail::Samples& samples) {
+  return std::sqrt(weighed_residual.squaredNorm() / samples.weight.squaredNorm());
 }
 
-FollowedRecording followed(FollowedResiduals& residuals, const Parameters& p) {
-  const detail::Samples& samples = residuals.samples();
-  const VectorXd left = weighed(samples.value - residuals.values(p)->simulated, samples);
-  const auto n = static_cast<double>(left.size());
-  FollowedRecording recording;
-  recording.start = FollowedResiduals::start_at(p);
-  recording.num_samples = static_cast<int>(left.size());
-  recording.residual_rms = std::sqrt(left.cwiseQuotient(samples.weight).squaredNorm() / n);
-  recording.correlation = correlation_with_next(left);
-  return recording;
+/// All recordings on one E_n and b.
+class FollowProblem {
+ public:
+  explicit FollowProblem(std::vector<std::unique_ptr<FollowedResiduals>> all)
+      : m_all(std::move(all)), m_own(m_all.size(), {kStart, kStart}) {}
+
+  [[nodiscard]] std::size_t size() const { return m_all.size(); }
+  [[nodiscard]] const detail::Samples& samples(std::size_t i) const { return m_all[i]->samples(); }
+  [[nodiscard]] Parameters parameters(std::size_t i) const {
+    return from_blocks(m_shared.data(), m_own[i].data());
+  }
+  [[nodiscard]] ElasticMaterial material() const {
+    return m_all.front()->material_at(parameters(0));
+  }
+  /// Of what failed last; empty: nothing.
+  [[nodiscard]] std::string message() const {
+    for (const auto& one : m_all)
+      if (!one->message().empty()) return one->message();
+    return {};
+  }
+
+  /// Weighed and without offset; nothing if the simulation fails.
+  [[nodiscard]] std::optional<VectorXd> residual(std::size_t i) {
+    const FollowedResiduals::Values* values = m_all[i]->values(parameters(i));
+    if (values == nullptr) return {};
+    return VectorXd(weighed(samples(i).value - values->simulated, samples(i)));
+  }
+  /// Likewise, d simulated / d parameters.
+  [[nodiscard]] std::optional<MatrixXd> columns(std::size_t i) {
+    const std::optional<MatrixXd> found = m_all[i]->derivatives(parameters(i));
+    if (!found) return {};
+    return weighed(*found, samples(i));
+  }
+
+  ceres::Solver::Summary solve(const RefineMaterialOptions& options) {
+    std::exception_ptr stopped;
+    ceres::Problem problem;
+    for (std::size_t i = 0; i < size(); ++i)
+      problem.AddResidualBlock(
+          new FollowCost(*m_all[i], stopped), nullptr, m_shared.data(), m_own[i].data());
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::DENSE_QR;
+    solver.max_num_iterations = options.max_iterations;
+    solver.parameter_tolerance = options.relative_step;
+    solver.function_tolerance = 1e-5;  // of the cost: a hundredth of a sigma of one of 100 samples
+    solver.gradient_tolerance = 0.0;
+    solver.initial_trust_region_radius = 1e6;  // the linear estimate is near
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    if (stopped) std::rethrow_exception(stopped);
+    return summary;
+  }
+
+  /// @return how many samples, of all recordings
+  int leave_out_outliers() {
+    int count = 0;
+    for (std::size_t i = 0; i < size(); ++i) count += m_all[i]->leave_out_outliers(parameters(i));
+    return count;
+  }
+
+ private:
+  std::vector<std::unique_ptr<FollowedResiduals>> m_all;
+  std::array<double, kNumShared> m_shared = {kStart, kStart};
+  std::vector<std::array<double, kNumOwn>> m_own;
+};
+
+/// Of ln E_n and ln b, and how every recording is followed.
+struct Followed {
+  Eigen::Matrix2d covariance;
+  std::vector<FollowedRecording> recordings;
+};
+
+/// Nothing if a simulation fails.
+std::optional<Followed> look_at(FollowProblem& problem) {
+  Followed out;
+  Normal normal(problem.size());
+  double squares = 0.0;
+  double widening = 1.0;
+  Index num_samples = 0;
+  for (std::size_t i = 0; i < problem.size(); ++i) {
+    const std::optional<MatrixXd> columns = problem.columns(i);
+    const std::optional<VectorXd> left = problem.residual(i);
+    if (!columns || !left) return {};
+    normal.add(i, *columns);
+    squares += left->squaredNorm();
+    num_samples += problem.samples(i).num_used();
+    FollowedRecording& one = out.recordings.emplace_back();
+    one.start = FollowedResiduals::start_at(problem.parameters(i));
+    one.num_samples = static_cast<int>(problem.samples(i).num_used());
+    one.residual_rms = weighed_rms(*left, problem.samples(i));
+    one.correlation = correlation_with_next(*left);
+    // residuals that are each rho of the one before leave (1 - rho) / (1 + rho) of their number
+    constexpr double kMostCorrelated = 0.98;
+    const double rho = std::clamp(one.correlation, 0.0, kMostCorrelated);
+    widening = std::max(widening, (1.0 + rho) / (1.0 - rho));
+  }
+  const double freedom = static_cast<double>(num_samples) - static_cast<double>(kNumShared) -
+                         (kNumOwn + 1.0) * static_cast<double>(problem.size());
+  const double variance = squares / std::max(freedom, 1.0) * widening;
+  out.covariance = normal.covariance() * variance;
+  Eigen::Array2d between = Eigen::Array2d::Zero();
+  for (std::size_t i = 0; i < problem.size(); ++i)
+    between += detail::variance_between_halves(*problem.columns(i), *problem.residual(i), variance);
+  const auto count = static_cast<double>(problem.size());
+  out.covariance.diagonal().array() += between / count;
+  return out;
+}
+
+/// As the material file keeps it.
+Refinement change_of(const Material& before,
+                     const RefinedMaterial& after,
+                     const std::vector<RefinedRecording>& recordings,
+                     double end_s) {
+  Refinement change;
+  change.linear_youngs_modulus_numerical_pa = before.youngs_modulus_numerical_pa;
+  change.linear_damping_stiffness_b_s = before.damping_stiffness_b_s;
+  change.modulus_change_rel =
+      after.youngs_modulus_numerical_pa / before.youngs_modulus_numerical_pa - 1.0;
+  change.damping_change_rel = after.damping_stiffness_b_s / before.damping_stiffness_b_s - 1.0;
+  change.modulus_sigma_rel = after.modulus_sigma_rel;
+  change.damping_sigma_rel = after.damping_sigma_rel;
+  const InversionResult& first = *recordings.front().inversion;
+  change.periods = (end_s - first.time_origin_s) * first.modes.front().frequency_hz;
+  change.amplitude = 0.0;
+  change.residual_rel = 0.0;
+  change.linear_residual_rel = 0.0;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const FollowedRecording& one = after.recordings[i];
+    const double amplitude =
+        one.start.amplitude * recordings[i].inversion->modes.front().channels.front().amplitude;
+    change.amplitude = std::max(change.amplitude, amplitude);
+    change.residual_rel = std::max(change.residual_rel, one.residual_rms / amplitude);
+    change.linear_residual_rel = std::max(change.linear_residual_rel, one.linear_rms / amplitude);
+    change.samples += one.num_samples;
+  }
+  change.simulations = after.simulations;
+  return change;
 }
 
 }  // namespace
@@ -160,6 +281,17 @@ void RefineMaterialOptions::check() const {
     throw InputError(fmt::format("relative_step is {}, must lie between 0 and 1", relative_step));
 }
 
+void check_refinable(const Rig& rig, const std::string& column) {
+  if (const std::string fault = column_fault(rig, column); !fault.empty())
+    throw InputError(fmt::format("the trace's column {} {}", column, fault));
+  if (rig.observable) return;
+  throw InputError(fmt::format(
+      "{}: [observable] is missing, must say where {} was seen: how large a motion is decides how "
+      "the simulation bends",
+      rig.file.string(),
+      column));
+}
+
 RefinedMaterial refine_material(const Rig& rig,
                                 const MeshRung& coarse,
                                 const Material& material,
@@ -169,118 +301,79 @@ RefinedMaterial refine_material(const Rig& rig,
   options.check();
   if (recordings.empty()) throw InputError("no recording is given, must be one or more");
   RefinedMaterial result;
-  RefineMaterialOptions used = options;
-  used.progress = [&](const Progress&) {
-    return !options.progress ||
-           options.progress({"refining, simulation", static_cast<double>(result.simulations), 0.0});
-  };
-  std::vector<std::unique_ptr<FollowedResiduals>> all;
-  for (const RefinedRecording& recording : recordings) {
-    all.push_back(std::make_unique<FollowedResiduals>(
-        rig, coarse, material, recording, mode, used, [&] { ++result.simulations; }));
-    check_column(rig, recording, all.back()->follower());
-  }
-
-  std::exception_ptr stopped;
-  std::array<double, kNumShared> shared = {kStart, kStart};
-  std::vector<std::array<double, kNumOwn>> own(all.size(), {kStart, kStart});
-  const auto parameters = [&](std::size_t i) { return from_blocks(shared.data(), own[i].data()); };
-  ceres::Problem problem;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    problem.AddResidualBlock(
-        new FollowCost(*all[i], stopped), nullptr, shared.data(), own[i].data());
-  std::vector<double> linear_rms;
-  const auto give_up = [&](std::string why) {
-    result.termination = Termination::NumericalFailure;
-    result.message = std::move(why);
+  const auto give_up = [&](Termination termination, const std::string& why) {
+    result.termination = termination;
+    result.message = "The linear estimate was kept: " + why + ".";
     return result;
   };
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i]->values(parameters(i)) == nullptr) return give_up(all[i]->message());
-    linear_rms.push_back(followed(*all[i], parameters(i)).residual_rms);
+  std::string stage;
+  RefineMaterialOptions used = options;
+  used.progress = [&](const Progress& progress) {
+    return !options.progress || options.progress({stage, progress.done, progress.total});
+  };
+  const auto count = [&] { stage = fmt::format("refining, simulation {}", ++result.simulations); };
+  std::vector<std::unique_ptr<FollowedResiduals>> all;
+  for (const RefinedRecording& recording : recordings) {
+    check_refinable(rig, recording.column);
+    const auto& one = all.emplace_back(
+        std::make_unique<FollowedResiduals>(rig, coarse, material, recording, mode, used, count));
+    if (!one->samples().fault.empty())
+      return give_up(Termination::NumericalFailure, one->samples().fault);
+    const std::string hidden =
+        detail::fault_of_view(one->follower().observable(), coarse.modes, mode);
+    if (!hidden.empty()) return give_up(Termination::NumericalFailure, hidden);
   }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_QR;
-  solver.max_num_iterations = options.max_iterations;
-  solver.parameter_tolerance = options.relative_step;
-  solver.function_tolerance = 1e-5;  // of the cost: a hundredth of a sigma of one of 100 samples
-  solver.gradient_tolerance = 0.0;
-  solver.initial_trust_region_radius = 1e6;  // the linear estimate is near
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  if (stopped) std::rethrow_exception(stopped);
 
-  Normal normal(all.size());
-  double squares = 0.0;
-  double widening = 1.0;
-  int num_samples = 0;
-  double largest = 0.0;
-  double residual_rel = 0.0;
-  double linear_rel = 0.0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Parameters p = parameters(i);
-    const std::optional<MatrixXd> columns = all[i]->derivatives(p);
-    if (!columns) return give_up(all[i]->message());
-    const detail::Samples& samples = all[i]->samples();
-    normal.add(i, weighed(*columns, samples));
-    squares += weighed(samples.value - all[i]->values(p)->simulated, samples).squaredNorm();
-    FollowedRecording one = followed(*all[i], p);
-    one.linear_rms = linear_rms[i];
-    num_samples += one.num_samples;
-    // residuals that are each rho of the one before leave (1 - rho) / (1 + rho) of their number
-    constexpr double kMostCorrelated = 0.98;
-    const double rho = std::clamp(one.correlation, 0.0, kMostCorrelated);
-    widening = std::max(widening, std::sqrt((1.0 + rho) / (1.0 - rho)));
-    const double amplitude =
-        one.start.amplitude * recordings[i].inversion->modes.front().channels.front().amplitude;
-    largest = std::max(largest, amplitude);
-    residual_rel = std::max(residual_rel, one.residual_rms / amplitude);
-    linear_rel = std::max(linear_rel, one.linear_rms / amplitude);
-    result.recordings.push_back(one);
+  FollowProblem problem(std::move(all));
+  std::vector<VectorXd> linear;
+  for (std::size_t i = 0; i < problem.size(); ++i) {
+    const std::optional<VectorXd> left = problem.residual(i);
+    if (!left) return give_up(Termination::NumericalFailure, problem.message());
+    linear.push_back(*left);
   }
-  const double freedom = num_samples - static_cast<double>(kNumShared) -
-                         (kNumOwn + 1.0) * static_cast<double>(all.size());
-  const Eigen::Matrix2d covariance =
-      normal.covariance() * (squares / std::max(freedom, 1.0)) * widening * widening;
-  const ElasticMaterial found = all.front()->material_at(parameters(0));
+  ceres::Solver::Summary summary;
+  try {
+    summary = problem.solve(options);
+    if (summary.termination_type == ceres::CONVERGENCE && problem.leave_out_outliers() > 0)
+      summary = problem.solve(options);
+  } catch (const NumericalFailure& failure) {
+    return give_up(Termination::NumericalFailure, failure.what());
+  }
+  if (summary.termination_type != ceres::CONVERGENCE) {
+    const bool out_of_patience = summary.termination_type == ceres::NO_CONVERGENCE;
+    const std::string why = problem.message();
+    return give_up(out_of_patience ? Termination::IterationLimit : Termination::NumericalFailure,
+                   fmt::format("the refinement did not converge in {} iterations of {} "
+                               "simulations{}",
+                               summary.iterations.size(),
+                               result.simulations,
+                               why.empty() ? std::string() : ": " + why));
+  }
+  std::optional<Followed> followed = look_at(problem);
+  if (!followed) return give_up(Termination::NumericalFailure, problem.message());
+  const ElasticMaterial found = problem.material();
   result.youngs_modulus_numerical_pa = found.youngs_modulus_pa;
   result.damping_stiffness_b_s = found.damping_stiffness_b_s;
-  result.modulus_sigma_rel = std::sqrt(covariance(0, 0));
-  result.damping_sigma_rel = std::sqrt(covariance(1, 1));
-  Refinement& change = result.change;
-  change.linear_youngs_modulus_numerical_pa = material.youngs_modulus_numerical_pa;
-  change.linear_damping_stiffness_b_s = material.damping_stiffness_b_s;
-  change.modulus_change_rel = found.youngs_modulus_pa / material.youngs_modulus_numerical_pa - 1.0;
-  change.damping_change_rel = found.damping_stiffness_b_s / material.damping_stiffness_b_s - 1.0;
-  change.modulus_sigma_rel = result.modulus_sigma_rel;
-  change.damping_sigma_rel = result.damping_sigma_rel;
-  change.periods = (all.front()->samples().end_s - recordings.front().inversion->time_origin_s) *
-                   recordings.front().inversion->modes.front().frequency_hz;
-  change.amplitude = largest;
-  change.residual_rel = residual_rel;
-  change.linear_residual_rel = linear_rel;
-  change.samples = num_samples;
-  change.simulations = result.simulations;
-  switch (summary.termination_type) {
-    case ceres::CONVERGENCE:
-      result.termination = Termination::Converged;
-      break;
-    case ceres::NO_CONVERGENCE:
-      result.termination = Termination::IterationLimit;
-      break;
-    default:
-      result.termination = Termination::NumericalFailure;
+  result.modulus_sigma_rel = std::sqrt(followed->covariance(0, 0));
+  result.damping_sigma_rel = std::sqrt(followed->covariance(1, 1));
+  result.recordings = std::move(followed->recordings);
+  for (std::size_t i = 0; i < problem.size(); ++i) {
+    const VectorXd compared = (problem.samples(i).weight.array() > 0.0).select(linear[i], 0.0);
+    result.recordings[i].linear_rms = weighed_rms(compared, problem.samples(i));
   }
-  if (!result.usable()) {
-    std::string why;
-    for (const auto& one : all)
-      if (why.empty()) why = one->message();
-    result.message =
-        fmt::format("the refinement did not converge in {} iterations of {} simulations{}",
-                    summary.iterations.size(),
-                    result.simulations,
-                    why.empty() ? std::string() : ": " + why);
+  result.change = change_of(material, result, recordings, problem.samples(0).end_s);
+  result.termination = Termination::Converged;
+  detail::RefinementFit fit;
+  fit.change = {std::log1p(result.change.modulus_change_rel),
+                std::log1p(result.change.damping_change_rel)};
+  fit.covariance = followed->covariance;
+  fit.residual_rel = result.change.residual_rel;
+  fit.linear_residual_rel = result.change.linear_residual_rel;
+  if (const std::string fault = detail::fault_of(fit); !fault.empty())
+    return give_up(Termination::Converged, fault);
+  if (const std::string same = detail::agreement_of(fit); !same.empty()) {
+    result.agrees = true;
+    return give_up(Termination::Converged, same);
   }
   return result;
 }

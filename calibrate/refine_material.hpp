@@ -20,7 +20,8 @@ struct RefineMaterialOptions {
   double periods = 10.0;  ///< simulated, from the first sample of the inversion's window on
   double settling = 1.0;  ///< periods at the beginning that are not compared: a release excites
                           ///< overtones that soon die away and that the simulated start lacks
-  double steps_per_period = 80.0;  ///< of the simulation; their period error is taken out
+  double steps_per_period = 80.0;  ///< of the simulation; their period error is taken out,
+                                   ///< what they do to a large motion beyond it is not
   int max_iterations = 12;
   double relative_step = 1e-5;  ///< stops when E_n and b move by no more than this part
   ProgressCallback progress = {};
@@ -53,9 +54,16 @@ struct RefinedMaterial {
   std::vector<FollowedRecording> recordings;
   int simulations = 0;
   Termination termination = Termination::NotRun;
-  std::string message;  ///< one sentence for a person
-  [[nodiscard]] bool usable() const { return termination == Termination::Converged; }
+  std::string message;  ///< why the linear estimate is to be kept, one sentence; empty: it is not
+  bool agrees = false;  ///< it is kept because it could not be told from the refined one
+  [[nodiscard]] bool usable() const {
+    return termination == Termination::Converged && message.empty();
+  }
 };
+
+/// That a trace's column is something whose place on the mesh is known.
+/// @throws InputError if it is not
+void check_refinable(const Rig& rig, const std::string& column);
 
 /// Refines E_n and b of a coarse mesh so that its *nonlinear* simulation follows the tracked
 /// observable: what a linear estimate takes for a softer or stiffer, more or less damped material
@@ -70,15 +78,18 @@ struct RefinedMaterial {
 ///
 ///     u(t; E, b, v0) = u(s t; E / s², b s, v0 / s)                                       s = any
 ///
-/// and the others are differences of simulations, kept while the parameters hardly move. The
-/// covariance is that of all parameters, scaled by what is left over and widened for the
-/// correlation of neighbouring residuals.
+/// and the others are differences of simulations, updated by Broyden's formula. The covariance is
+/// that of all parameters, scaled by what is left over and widened for the correlation of
+/// neighbouring residuals. Samples far off are left out.
+///
+/// The linear estimate is to be kept, and the message says why, where too little of the motion is
+/// there, where the eigenmode hardly moves the observable, where a simulation fails or the fit does
+/// not converge or goes astray, where the trace does not tell E_n and b or the simulation does not
+/// follow it, and where they move by no more than chance lets them.
 ///
 /// @param material  the linear estimate: E_n, b, a, nu and rho are used
 /// @param mode      of `coarse` that the strongest sinusoid is, from 0
-/// @throws InputError if a trace has too few samples or less than a period in its window, or its
-/// column is nothing whose place on the mesh is known; NumericalFailure if a simulation beside one
-/// that came to its end does not; Cancelled
+/// @throws InputError if a trace's column is nothing whose place on the mesh is known; Cancelled
 [[nodiscard]] RefinedMaterial refine_material(const Rig& rig,
                                               const MeshRung& coarse,
                                               const Material& material,

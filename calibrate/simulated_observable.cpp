@@ -52,6 +52,11 @@ double SimulatedObservable::linearized(const Eigen::VectorXd& field) const {
   return change;
 }
 
+double SimulatedObservable::metres_per_unit() const {
+  const bool angle = m_is_rigs_own && m_rig->observable->kind == ObservableKind::Angle;
+  return angle ? (m_rest[1] - m_rest[0]).norm() : 1.0;
+}
+
 std::string column_fault(const Rig& rig, const std::string& column) {
   if (!rig.observable) return {};
   const std::string own = observable_column(rig.observable->kind);

@@ -29,6 +29,9 @@ class SimulatedObservable {
   /// First-order change of the observable from rest, by a mode shape or velocity field; linear in
   /// `field`.
   [[nodiscard]] double linearized(const Eigen::VectorXd& field) const;
+  /// How far a marker moves where the observable changes by one: 1, of an angle the distance of its
+  /// markers [m per m or rad].
+  [[nodiscard]] double metres_per_unit() const;
   /// Whether it is the rig's own observable.
   [[nodiscard]] bool is_rigs_own() const { return m_is_rigs_own; }
 

@@ -61,6 +61,14 @@ bool is_harmonic(const DampedSinusoid& sinusoid, const DampedSinusoid& strongest
   return std::abs(ratio - 2.0) < 2.0 * kNear || std::abs(ratio - 3.0) < 3.0 * kNear;
 }
 
+/// Whether a sinusoid that no other mode of the mesh has stands beside the strongest one: a large
+/// motion, whose frequency and decay change as its amplitude falls, is fitted by two of nearly one
+/// frequency.
+bool is_companion(const DampedSinusoid& sinusoid, const DampedSinusoid& strongest) {
+  constexpr double kNear = 0.1;  // of frequency
+  return std::abs(sinusoid.frequency_hz / strongest.frequency_hz - 1.0) < kNear;
+}
+
 /// What holds the body at rest, and where.
 struct Rest {
   Eigen::VectorXd force;    ///< gravity; empty: none [N]
@@ -140,14 +148,16 @@ FollowedMotion TraceFollower::follow(const ElasticMaterial& material,
   for (std::size_t k = 0; k < m_inversion->modes.size(); ++k) {
     const DampedSinusoid& sinusoid = m_inversion->modes[k];
     const auto [value, rate] = at_origin(sinusoid, k == 0 ? start.turn_rad : 0.0);
-    if (k > 0 && !carried.empty() && is_harmonic(sinusoid, m_inversion->modes.front())) {
+    const std::optional<int> partner =
+        k == 0 ? std::optional<int>(m_mode)
+               : partner_of(sinusoid, modes, material.youngs_modulus_pa, taken);
+    const DampedSinusoid& strongest = m_inversion->modes.front();
+    if (k > 0 && !carried.empty() &&
+        (is_harmonic(sinusoid, strongest) || (!partner && is_companion(sinusoid, strongest)))) {
       carried.front().displacement += value * m_si_per_unit;
       carried.front().velocity += rate * m_si_per_unit * start.velocity;
       continue;
     }
-    const std::optional<int> partner =
-        k == 0 ? std::optional<int>(m_mode)
-               : partner_of(sinusoid, modes, material.youngs_modulus_pa, taken);
     if (!partner) continue;
     const std::vector<int> cluster = mode_cluster(modes, *partner);
     Eigen::VectorXd shape = unit_observable_shape(modes, cluster, m_observable);

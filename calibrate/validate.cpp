@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/validate.hpp"
 
-#include "calibrate/trace_follower.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -81,7 +79,8 @@ Validation validate_against_trace(const Rig& rig,
                                   const InversionResult& inversion,
                                   const ProgressCallback& progress,
                                   int mode,
-                                  const MeshObserver& on_state) {
+                                  const MeshObserver& on_state,
+                                  const FollowedStart& start) {
   Validation validation;
   const DampedSinusoid& tracked = inversion.modes.front();
   validation.unit = column.substr(column.rfind('_') + 1);
@@ -98,7 +97,7 @@ Validation validate_against_trace(const Rig& rig,
   };
   FollowedMotion motion =
       follower.follow(elastic,
-                      {},
+                      start,
                       end_s,
                       kStepsPerPeriod,
                       progress,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "calibrate/trace_follower.hpp"
 #include "coarsen/mesh_ladder.hpp"
 #include "core/material.hpp"
 #include "core/progress.hpp"
@@ -39,7 +40,8 @@ struct Validation {
 /// Starts the coarse mesh where the fitted modes say the rig was at their time origin, lets it go
 /// (neo-Hookean, trapezoidal Newmark, Rayleigh b) for ten periods and compares. No time shift is
 /// fitted.
-/// @param mode  of `coarse` that the strongest sinusoid is, from 0
+/// @param mode   of `coarse` that the strongest sinusoid is, from 0
+/// @param start  a departure from the fitted modes at their time origin, as a refinement found it
 [[nodiscard]] Validation validate_against_trace(const Rig& rig,
                                                 const MeshRung& coarse,
                                                 const Material& material,
@@ -48,6 +50,7 @@ struct Validation {
                                                 const InversionResult& inversion,
                                                 const ProgressCallback& progress = {},
                                                 int mode = 0,
-                                                const MeshObserver& on_state = {});
+                                                const MeshObserver& on_state = {},
+                                                const FollowedStart& start = {});
 
 }  // namespace twang

@@ -23,11 +23,17 @@ using Parameters = Eigen::Matrix<double, kNumParameters, 1>;
 struct Samples {
   Eigen::VectorXd time_s;
   Eigen::VectorXd value;   // in the column's unit
-  Eigen::VectorXd weight;  // 1 / sigma
+  Eigen::VectorXd weight;  // 1 / sigma; 0: left out
   Eigen::MatrixXd
       rest;  // orthonormal: what an offset, and perhaps a drift, adds to weighed samples
   double end_s = 0.0;
+  std::string fault;  // why they are too few to be followed; empty: they are not
+  [[nodiscard]] Eigen::Index num_used() const { return (weight.array() > 0.0).count(); }
 };
+
+/// Of the linear estimate, farther than which no large motion leads it astray [-].
+constexpr double kFarthestModulus = 1.5;
+constexpr double kFarthestDamping = 4.0;
 
 /// Rows times their weights, less what an offset explains of them.
 [[nodiscard]] Eigen::MatrixXd weighed(const Eigen::MatrixXd& rows, const Samples& samples);
@@ -65,25 +71,38 @@ class FollowedResiduals {
 
   /// Nothing if the simulation fails; the reason is in `message`.
   [[nodiscard]] const Values* values(const Parameters& p);
-  /// d simulated / d parameters, one row a sample; nothing if a simulation fails.
+  /// d simulated / d parameters, one row a sample; nothing if a simulation fails. Differences of
+  /// simulations where the parameters have gone far, else Broyden's updates from those that were
+  /// made anyway.
   [[nodiscard]] std::optional<Eigen::MatrixXd> derivatives(const Parameters& p);
 
   [[nodiscard]] const std::string& message() const { return m_message; }
 
+  /// Takes samples far off the simulation at `p` out of what is followed.
+  /// @return how many
+  int leave_out_outliers(const Parameters& p);
+
  private:
   [[nodiscard]] std::optional<Values> simulate(const Parameters& p);
+  /// Of the values: d simulated / d ln E_n where the motion is dilated in time.
+  [[nodiscard]] Eigen::VectorXd dilation() const;
+  bool difference(const Parameters& p);
+  void update(const Parameters& p);
 
   const Material& m_material;
   const RefineMaterialOptions& m_options;
   Samples m_samples;
   TraceFollower m_follower;
   bool m_dilates;
+  bool m_drifts;
   double m_origin_s;
   std::function<void()> m_simulated;
   std::optional<Values> m_values;
   Parameters m_at = Parameters::Zero();
   Eigen::MatrixXd m_columns;
   Parameters m_columns_at = Parameters::Zero();
+  Parameters m_differenced_at = Parameters::Zero();
+  Eigen::VectorXd m_simulated_there;
   std::string m_message;
 };
 

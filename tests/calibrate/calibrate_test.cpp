@@ -87,6 +87,25 @@ TEST(Calibrate, PutsTheScatterOfRepeatsIntoTheBudget) {
   EXPECT_EQ(calibration.material.provenance.inputs.size(), 3U);
 }
 
+TEST(Calibrate, SaysThatASmallMotionNeedsNoRefinement) {
+  const test::TemporaryFolder folder;
+  CalibrationOptions options = quick();
+  options.validate = false;
+  options.refine = true;
+  const std::vector<fs::path> trace = {write_trace(folder, "a.csv", 64.0, 0.1, 5e-4)};
+  const Calibration calibration = calibrate_from_traces(test::sample_strip(), trace, options);
+  ASSERT_TRUE(calibration.refined.has_value());
+  EXPECT_TRUE(calibration.refined->agrees) << calibration.refined->message;
+  EXPECT_FALSE(calibration.material.refinement.has_value());
+  EXPECT_EQ(calibration.remarks.back(), calibration.refined->message);
+  // the linear estimate's, to the digit
+  EXPECT_EQ(calibration.material.damping_stiffness_b_s, calibration.target.damping_stiffness_b_s);
+
+  Rig nowhere = test::sample_strip();
+  nowhere.observable.reset();
+  EXPECT_THROW((void)calibrate_from_traces(nowhere, trace, options), InputError);
+}
+
 TEST(Calibrate, RefusesARigWhoseModulusIsStated) {
   const test::TemporaryFolder folder;
   Rig rig = test::sample_strip();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/refine_material.hpp"
 
+#include "calibrate/detail/judge_refinement.hpp"
 #include "calibrate/simulated_release.hpp"
 #include "coarsen/fit_material.hpp"
 #include "core/error.hpp"
@@ -155,26 +156,137 @@ struct SwingingRig {
   }
 };
 
-TEST(RefineMaterial, RefusesWhatLeavesNothingToFollow) {
+/// Half as many steps do where nothing is bent far.
+RefineMaterialOptions quick() {
+  RefineMaterialOptions options;
+  options.steps_per_period = 40.0;
+  return options;
+}
+
+TEST(RefineMaterial, KeepsTheLinearEstimateWhereNothingIsLeftToFollow) {
   Rig rig = small_l_rig();
   const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
-  const auto refusal = [&](const SwingingRig& seen) {
-    const Material linear = linear_estimate(rig, rung, seen.inversion);
-    return refusal_of([&] {
-      static_cast<void>(
-          refine_material(rig, rung, linear, {{&seen.trace, "observable_rad", &seen.inversion}}));
-    });
+  const auto refined = [&](const SwingingRig& seen) {
+    return refine_material(rig,
+                           rung,
+                           linear_estimate(rig, rung, seen.inversion),
+                           {{&seen.trace, "observable_rad", &seen.inversion}});
   };
-  SwingingRig seen(0.5);
+  const SwingingRig seen(0.5);
   ASSERT_TRUE(seen.inversion.usable());
   SwingingRig brief = seen;
   brief.inversion.time_end_s = 0.08;  // 1.6 periods, of which the first is left to settle
-  EXPECT_TRUE(holds(refusal(brief), "0.60 of a period"));
+  EXPECT_FALSE(refined(brief).usable());
+  EXPECT_TRUE(holds(refined(brief).message, "0.60 of a period"));
+  brief.inversion.time_end_s = brief.inversion.time_origin_s;
+  EXPECT_TRUE(holds(refined(brief).message, "0.00 of a period"));
   SwingingRig lost = seen;
   for (double& value : lost.trace.channels[0].values) value = kNaN;
-  EXPECT_TRUE(holds(refusal(lost), "0 samples"));
+  EXPECT_FALSE(refined(lost).usable());
+  EXPECT_TRUE(holds(refined(lost).message, "0 samples"));
   rig.observable.reset();
-  EXPECT_TRUE(holds(refusal(seen), "[observable] is missing"));
+  EXPECT_TRUE(
+      holds(refusal_of([&] { static_cast<void>(refined(seen)); }), "[observable] is missing"));
+}
+
+TEST(RefineMaterial, KeepsTheLinearEstimateWhereTheModeHardlyMovesTheObservable) {
+  Rig rig = small_l_rig();
+  // Across the plane in which the rig is symmetric and swings.
+  rig.observable->kind = ObservableKind::Displacement;
+  rig.observable->markers = {"left"};
+  rig.observable->direction = {0.0, 1.0, 0.0};
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  SwingingRig seen(0.5);
+  seen.trace.channels[0].name = "observable_mm";
+  const RefinedMaterial refined =
+      refine_material(rig,
+                      rung,
+                      linear_estimate(rig, rung, seen.inversion),
+                      {{&seen.trace, "observable_mm", &seen.inversion}});
+  EXPECT_FALSE(refined.usable());
+  EXPECT_EQ(refined.simulations, 0);
+  EXPECT_TRUE(holds(refined.message, "moves the observable by only"));
+}
+
+TEST(RefineMaterial, KeepsTheLinearEstimateOfASmallMotion) {
+  const Rig rig = small_l_rig();
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  SwingingRig seen(0.5);
+  std::mt19937 generator(5);
+  std::normal_distribution<double> normal;
+  for (double& value : seen.trace.channels[0].values)
+    value = 0.01 * value + 5e-6 * normal(generator);
+  InversionOptions window;
+  window.start_s = 0.0;
+  seen.inversion = invert_harmonics(seen.trace, {"observable_rad"}, window);
+  const RefinedMaterial refined =
+      refine_material(rig,
+                      rung,
+                      linear_estimate(rig, rung, seen.inversion),
+                      {{&seen.trace, "observable_rad", &seen.inversion}},
+                      0,
+                      quick());
+  EXPECT_TRUE(refined.agrees) << refined.message;
+  EXPECT_FALSE(refined.usable());
+  EXPECT_TRUE(holds(refined.message, "The linear estimate was kept"));
+  // The noise of half a per cent lets E be known to a few 1e-4; the sinusoid is what a small motion
+  // is, but for the little that the settled overtones leave.
+  EXPECT_LT(std::abs(refined.change.modulus_change_rel), 1e-3);
+  EXPECT_LT(refined.change.residual_rel, 0.01);
+}
+
+TEST(RefineMaterial, KeepsTheLinearEstimateWhereTheFitGoesAstray) {
+  const Rig rig = small_l_rig();
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  const SwingingRig seen(0.5);
+  Material wrong = linear_estimate(rig, rung, seen.inversion);
+  wrong.youngs_modulus_numerical_pa *= 2.0;  // two periods and more out of step at the end
+  const RefinedMaterial refined = refine_material(
+      rig, rung, wrong, {{&seen.trace, "observable_rad", &seen.inversion}}, 0, quick());
+  EXPECT_FALSE(refined.usable());
+  EXPECT_FALSE(refined.agrees);
+  EXPECT_TRUE(holds(refined.message, "The linear estimate was kept"));
+}
+
+TEST(JudgedRefinement, SaysByHowMuchTheHalvesOfARecordingDiffer) {
+  std::mt19937 generator(9);
+  std::normal_distribution<double> normal;
+  const Eigen::MatrixXd columns =
+      Eigen::MatrixXd::NullaryExpr(80, 4, [&] { return normal(generator); });
+  const Eigen::Vector4d step(0.02, 0.05, 0.01, -0.01);
+  Eigen::VectorXd left = columns * step;
+  left.head(40).setZero();
+  const Eigen::Array2d apart = detail::variance_between_halves(columns, left, 0.0);
+  // half of what ln E_n, and ln b = p1 - p0 / 2, are apart; round-off
+  EXPECT_NEAR(std::sqrt(apart[0]), 0.01, 1e-12);
+  EXPECT_NEAR(std::sqrt(apart[1]), 0.02, 1e-12);
+  // Both halves alike, or apart by no more than noise would make them.
+  EXPECT_LT(detail::variance_between_halves(columns, columns * step, 0.0).maxCoeff(), 1e-24);
+  EXPECT_EQ(detail::variance_between_halves(columns, left, 1.0).maxCoeff(), 0.0);
+}
+
+TEST(JudgedRefinement, IsWorthNothingWhereSigmasExplodeOrMuchIsLeft) {
+  detail::RefinementFit fit;
+  fit.change = {0.01, 0.05};
+  fit.covariance = Eigen::Vector2d(1e-6, 1e-4).asDiagonal();
+  fit.residual_rel = 0.01;
+  fit.linear_residual_rel = 0.03;
+  EXPECT_EQ(detail::fault_of(fit), "");
+  EXPECT_EQ(detail::agreement_of(fit), "");
+  detail::RefinementFit vague = fit;
+  vague.covariance(1, 1) = 0.36;
+  EXPECT_TRUE(holds(detail::fault_of(vague), "b to 60 %"));
+  vague.covariance.setConstant(kNaN);
+  EXPECT_FALSE(detail::fault_of(vague).empty());
+  detail::RefinementFit left = fit;
+  left.residual_rel = 0.2;
+  EXPECT_TRUE(holds(detail::fault_of(left), "20 % of the amplitude"));
+  detail::RefinementFit no_better = fit;
+  no_better.linear_residual_rel = fit.residual_rel;
+  EXPECT_FALSE(detail::agreement_of(no_better).empty());
+  detail::RefinementFit same = fit;
+  same.change = {1e-3, 1e-2};  // one sigma each
+  EXPECT_FALSE(detail::agreement_of(same).empty());
 }
 
 TEST(RefineMaterial, StopsWhenAsked) {
