@@ -140,8 +140,8 @@ struct VideoWriter::Impl {
     codec->framerate = av_d2q(options.fps, kMaxRateTerm);
     codec->time_base = av_inv_q(codec->framerate);
     codec->thread_count = kEncoderThreads;
-    // x264 spreads its bits by its macroblock tree, and what its AVX-512 routines for that tree give
-    // differs from run to run (version 164).
+    // x264 spreads its bits by its macroblock tree, and what its AVX-512 routines for that tree
+    // give differs from run to run (version 164).
     if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512) {
       check(av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0));
     }
