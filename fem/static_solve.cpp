@@ -34,9 +34,9 @@ struct LoadStep {
 
 /// What Newton knows at a displacement.
 struct Balance {
-  Eigen::VectorXd gradient;     // internal minus applied force, free [N]
+  Eigen::VectorXd unbalanced;   // internal minus applied force and that of the pulls, free [N]
   Eigen::VectorXd multipliers;  // forces along the pulls [N]
-  double residual = 0.0;        // [N]
+  double residual = 0.0;        // its norm [N]
   double scale = 0.0;           // largest force [N]
   Eigen::VectorXd gaps;         // prescribed minus present displacements of the points [m]
   double size = 0.0;            // largest displacement [m]
@@ -98,15 +98,14 @@ class StaticNewton {
   [[nodiscard]] Balance evaluate(const LoadStep& load, const Eigen::VectorXd& u) {
     const Eigen::VectorXd internal = m_body.internal_force(u);
     Balance state;
-    state.gradient = m_free.restrict_vector(internal) - load.force;
-    Eigen::VectorXd residual = state.gradient;
+    state.unbalanced = m_free.restrict_vector(internal) - load.force;
     if (pulled()) {
-      state.multipliers = m_gram.solve(m_constraints.transpose() * state.gradient);
-      residual -= m_constraints * state.multipliers;
+      state.multipliers = m_gram.solve(m_constraints.transpose() * state.unbalanced);
+      state.unbalanced -= m_constraints * state.multipliers;
       state.gaps = load.distances - m_constraints.transpose() * m_free.restrict_vector(u);
     }
     state.size = u.lpNorm<Eigen::Infinity>();
-    state.residual = residual.norm();
+    state.residual = state.unbalanced.norm();
     if (state.finite()) m_scale = std::max({m_scale, internal.norm(), load.force.norm()});
     state.scale = m_scale;
     return state;
@@ -154,7 +153,8 @@ class StaticNewton {
   bool newton_step(const Eigen::VectorXd& u, const Balance& state, Eigen::VectorXd& p) {
     const Eigen::Index pulls = m_constraints.cols();
     Eigen::MatrixXd B(m_free.size(), 1 + pulls);
-    B.col(0) = state.gradient;
+    // Without the pulls' own forces, which change nothing: a solver's error is a part of this.
+    B.col(0) = state.unbalanced;
     B.rightCols(pulls) = m_constraints;
     Eigen::MatrixXd X;
     if (!solve_definite(u, B, X) || !X.allFinite()) return false;
@@ -203,7 +203,7 @@ class StaticNewton {
       return sound ? NewtonEnd::Balanced : NewtonEnd::TurnedInsideOut;
     }
     const double start = potential(load, u);
-    const double slope = state.gradient.dot(p);
+    const double slope = state.unbalanced.dot(p);
     const double blur = 64.0 * kEpsilon * (std::abs(start) + std::abs(load.force.dot(p)));
     for (double step = 1.0; step >= kSmallestStepLength; step *= 0.5) {
       const Eigen::VectorXd trial = u + step * full;
