@@ -63,9 +63,7 @@ Followed follow(
     const Settings& settings, const Rig& rig, const Mesh& mesh, double modulus_pa, int steps) {
   const ElasticBody body(mesh.rung.mesh,
                          bench::materials_of(rig, mesh.rung.mesh, modulus_pa, settings.b_s));
-  StaticLoad load;
-  load.pulled_point = locate(body.mesh(), rig.release->at);
-  load.pull = settings.pull * *rig.release->displacement;
+  const StaticLoad load = bench::pull_of_release(rig, body.mesh(), settings.pull);
   StaticOptions statics;
   statics.tolerance = 1e-8;
   statics.solver.tolerance = 1e-3;
@@ -91,9 +89,6 @@ Followed follow(
 int compare(const Settings& settings) {
   fix_threads(settings.threads);
   const Rig rig = load_rig(settings.rig, {true, true, false, false});
-  if (!rig.release || !rig.release->displacement) {
-    throw InputError(settings.rig + ": has no [release] with a displacement_mm");
-  }
   const Mesh accurate = mesh_of(rig, settings.accurate, settings.accurate_dx_mm);
   const Mesh coarse = mesh_of(rig, settings.coarse, settings.coarse_dx_mm);
   const double lambda = accurate.rung.modes.lambda_per_s2(0);
@@ -152,10 +147,5 @@ int main(int argc, char** argv) {
   app.add_option("--pull", settings.pull, "in units of the rig's release");
   app.add_option("--threads", settings.threads, "number of threads");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return compare(settings);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return 2;
-  }
+  return bench::exit_code_of([&] { return compare(settings); });
 }

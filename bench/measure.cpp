@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench/measure.hpp"
 
+#include "core/error.hpp"
+
 #include <algorithm>
+#include <cstdio>
+#include <exception>
 #include <fstream>
 
 namespace twang::bench {
@@ -37,6 +41,24 @@ std::vector<ElasticMaterial> materials_of(const Rig& rig,
     materials.push_back(material);
   }
   return materials;
+}
+
+StaticLoad pull_of_release(const Rig& rig, const HexMesh& mesh, double factor) {
+  if (!rig.release || !rig.release->displacement)
+    throw InputError(rig.file.string() + ": has no [release] with a displacement_mm");
+  StaticLoad load;
+  load.pulled_point = locate(mesh, rig.release->at);
+  load.pull = factor * *rig.release->displacement;
+  return load;
+}
+
+int exit_code_of(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
 }
 
 }  // namespace twang::bench

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "fem/elastic_body.hpp"
+#include "fem/static_solve.hpp"
 #include "rigs/rig.hpp"
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,5 +24,12 @@ void reset_peak();
                                                         const HexMesh& mesh,
                                                         double youngs_modulus_pa = 1e9,
                                                         double damping_stiffness_b_s = 0.0);
+
+/// The rig's release as a load, `factor` times as far.
+/// @throws InputError if it is none with a displacement
+[[nodiscard]] StaticLoad pull_of_release(const Rig& rig, const HexMesh& mesh, double factor);
+
+/// The exit code of `work`; 2 with its message on standard error if it throws.
+[[nodiscard]] int exit_code_of(const std::function<int()>& work);
 
 }  // namespace twang::bench

@@ -150,6 +150,9 @@ void run(const Arguments& arguments) {
       load_rig(arguments.rig, {.part = true, .clamp = true, .film = true, .observable = true});
   rig.tolerance = {};  // of the film's part all is known
   if (!arguments.reuse) render(arguments, rig);
+  // The rig that was plucked so far says so.
+  if (rig.release && rig.release->displacement)
+    *rig.release->displacement *= arguments.render.amplitude;
   std::ifstream file(truth_file_of(arguments.film));
   const nlohmann::json truth = nlohmann::json::parse(file);
   fmt::print("film: {} elements of {} mm, E {:.4g} Pa, plucked to {:.4f}\n",

@@ -80,17 +80,12 @@ BodyState load_slowly(const Settings& settings,
 int compare(const Settings& settings) {
   fix_threads(settings.threads);
   const Rig rig = load_rig(settings.rig, {true, true, false, false});
-  if (!rig.release || !rig.release->displacement) {
-    throw InputError(settings.rig + ": has no [release] with a displacement_mm");
-  }
   const MeshRung rung = compute_rung(
       rig, settings.dx_mm * kMetresPerMillimetre, element_kind_from(settings.element), 1);
   const double period_s = 2.0 * M_PI / std::sqrt(settings.modulus_pa * rung.modes.lambda_per_s2(0));
   const ElasticBody body(rung.mesh,
                          bench::materials_of(rig, rung.mesh, settings.modulus_pa, settings.b_s));
-  StaticLoad load;
-  load.pulled_point = locate(body.mesh(), rig.release->at);
-  load.pull = settings.pull * *rig.release->displacement;
+  const StaticLoad load = bench::pull_of_release(rig, body.mesh(), settings.pull);
   fmt::print("{}, dx {} mm: {} {} elements, first period {:.4g} s, bent by {:.3g} mm\n",
              rig.name,
              settings.dx_mm,
@@ -139,10 +134,5 @@ int main(int argc, char** argv) {
   app.add_option("--pull", settings.pull, "in units of the rig's release");
   app.add_option("--threads", settings.threads, "number of threads");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return compare(settings);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return 2;
-  }
+  return bench::exit_code_of([&] { return compare(settings); });
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "calibrate/validate.hpp"
 
+#include "calibrate/strongest_sinusoid.hpp"
+#include "harmonic_inversion/evaluate_modes.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,37 +15,26 @@ constexpr double kPeriodsCompared = 10.0;
 // The trapezoidal rule lengthens a period by (omega h)²/12: 3.3e-4 at this many steps a period.
 constexpr double kStepsPerPeriod = 100.0;
 
-/// f and d of the simulated observable, by the same inversion as the tracked one.
-void measure_simulated(Validation& validation, const DampedSinusoid& tracked) {
-  constexpr std::size_t kEveryNth = 5;  // 20 samples a period are plenty
-  Trace trace;
-  Channel channel{"simulated", {}};
-  for (std::size_t i = 0; i < validation.fine_time_s.size(); i += kEveryNth) {
-    trace.time_s.push_back(validation.fine_time_s[i]);
-    channel.values.push_back(validation.fine_simulated[i]);
-  }
-  trace.channels.push_back(std::move(channel));
-  constexpr std::size_t kFewestSamples = 16;
-  if (trace.num_samples() < kFewestSamples) return;
-  InversionOptions options;
-  options.start_s = trace.time_s.front();
-  options.end_s = trace.time_s.back();
-  const InversionResult result = invert_harmonics(trace, {"simulated"}, options);
-  if (!result.usable()) return;
-  // What is far weaker than the strongest is a trace of the fit's, wherever its frequency lies.
-  constexpr double kWeakest = 0.1;
-  const double strongest = result.modes.front().channels.front().amplitude;
-  const DampedSinusoid* nearest = &result.modes.front();
-  for (const DampedSinusoid& mode : result.modes) {
-    if (mode.channels.front().amplitude < kWeakest * strongest) continue;
-    if (std::abs(mode.frequency_hz - tracked.frequency_hz) <
-        std::abs(nearest->frequency_hz - tracked.frequency_hz))
-      nearest = &mode;
-  }
-  validation.simulated_frequency_hz = nearest->frequency_hz;
-  validation.simulated_decay_per_s = nearest->decay_per_s;
-  validation.figures.frequency_error_rel = nearest->frequency_hz / tracked.frequency_hz - 1.0;
-  validation.figures.decay_error_rel = nearest->decay_per_s / tracked.decay_per_s - 1.0;
+/// f and d of both motions by the same fit at the same times: of a large motion, which they change
+/// in, any other would be another average. The tracked one is what its sinusoids say there.
+void compare_sinusoids(Validation& validation, const InversionResult& inversion) {
+  SampleSeries samples;
+  samples.time_s = Eigen::Map<const Eigen::VectorXd>(
+      validation.time_s.data(), static_cast<Eigen::Index>(validation.time_s.size()));
+  samples.time_s.array() -= inversion.origin_s(0);
+  const auto strongest = [&] {
+    return fit_strongest_sinusoid(samples, inversion.modes).value_or(DampedPole{kNaN, kNaN});
+  };
+  samples.value = evaluate_modes(inversion, 0, samples.time_s) -
+                  inversion.drifts_per_s.front() * samples.time_s;
+  validation.tracked_sinusoid = strongest();
+  samples.value =
+      Eigen::Map<const Eigen::VectorXd>(validation.simulated.data(), samples.time_s.size());
+  validation.simulated_sinusoid = strongest();
+  const DampedPole& tracked = validation.tracked_sinusoid;
+  const DampedPole& simulated = validation.simulated_sinusoid;
+  validation.figures.frequency_error_rel = simulated.frequency_hz / tracked.frequency_hz - 1.0;
+  validation.figures.decay_error_rel = simulated.decay_per_s / tracked.decay_per_s - 1.0;
 }
 
 void compare_with_samples(Validation& validation,
@@ -108,7 +100,7 @@ Validation validate_against_trace(const Rig& rig,
   compare_with_samples(validation, motion, trace, *trace.find(column), inversion, end_s);
   validation.fine_time_s = std::move(motion.time_s);
   validation.fine_simulated = std::move(motion.observable);
-  measure_simulated(validation, tracked);
+  compare_sinusoids(validation, inversion);
   return validation;
 }
 

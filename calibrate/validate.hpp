@@ -6,6 +6,7 @@
 #include "core/material.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
+#include "harmonic_inversion/damped_pole.hpp"
 #include "harmonic_inversion/invert_harmonics.hpp"
 #include "rigs/rig.hpp"
 #include "simulate/integrators.hpp"
@@ -29,9 +30,9 @@ struct Validation {
   std::vector<double> simulated;    ///< the same unit
   std::vector<double> fine_time_s;  ///< of every step [s]
   std::vector<double> fine_simulated;
-  std::string unit;  ///< "mm", "rad" or the channel's own
-  double simulated_frequency_hz = kNaN;
-  double simulated_decay_per_s = kNaN;
+  std::string unit;                              ///< "mm", "rad" or the channel's own
+  DampedPole tracked_sinusoid = {kNaN, kNaN};    ///< the strongest, in these samples
+  DampedPole simulated_sinusoid = {kNaN, kNaN};  ///< likewise
   ValidationFigures figures;
   RunSummary run;
   double step_s = 0.0;

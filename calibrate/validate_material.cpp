@@ -149,23 +149,24 @@ MaterialValidation validate_material(const Rig& rig,
 
 std::string validation_to_json(const MaterialValidation& result) {
   const Validation& v = result.validation;
-  const DampedSinusoid& tracked = result.inversion.modes.front();
-  nlohmann::ordered_json json = {
-      {"format", "twang-validation/1"},
-      {"column", result.column},
-      {"element", std::string(to_string(result.element))},
-      {"dx_mm", result.dx_m * kMillimetresPerMetre},
-      {"elements", result.num_elements},
-      {"tracked", {{"frequency_hz", tracked.frequency_hz}, {"decay_per_s", tracked.decay_per_s}}},
-      {"simulated",
-       {{"frequency_hz", v.simulated_frequency_hz}, {"decay_per_s", v.simulated_decay_per_s}}},
-      {"rms_rel", v.figures.rms_rel},
-      {"frequency_error_rel", v.figures.frequency_error_rel},
-      {"decay_error_rel", v.figures.decay_error_rel},
-      {"phase_drift_rad", result.phase_drift_rad},
-      {"steps", v.run.steps},
-      {"step_s", v.step_s},
-      {"wall_s", v.run.wall_s}};
+  const auto sinusoid = [](const DampedPole& pole) {
+    return nlohmann::ordered_json{{"frequency_hz", pole.frequency_hz},
+                                  {"decay_per_s", pole.decay_per_s}};
+  };
+  nlohmann::ordered_json json = {{"format", "twang-validation/1"},
+                                 {"column", result.column},
+                                 {"element", std::string(to_string(result.element))},
+                                 {"dx_mm", result.dx_m * kMillimetresPerMetre},
+                                 {"elements", result.num_elements},
+                                 {"tracked", sinusoid(v.tracked_sinusoid)},
+                                 {"simulated", sinusoid(v.simulated_sinusoid)},
+                                 {"rms_rel", v.figures.rms_rel},
+                                 {"frequency_error_rel", v.figures.frequency_error_rel},
+                                 {"decay_error_rel", v.figures.decay_error_rel},
+                                 {"phase_drift_rad", result.phase_drift_rad},
+                                 {"steps", v.run.steps},
+                                 {"step_s", v.step_s},
+                                 {"wall_s", v.run.wall_s}};
   bool all = true;
   for (const FigureOfMerit& figure : result.figures()) {
     json["bounds"][figure.name] = {{"bound", figure.bound}, {"met", figure.met()}};

@@ -112,7 +112,7 @@ std::optional<SinusoidFit> without_bias(const std::vector<SampleSeries>& series,
   out.sum_of_squares = fit.sum_of_squares;
   for (std::size_t c = 0; c < series.size(); ++c) {
     out.channels[c].sum_of_squares = fit.channels[c].sum_of_squares;
-    out.channels[c].residual = fit.channels[c].residual;
+    out.channels[c].residual.resize(0);
   }
   return out;
 }

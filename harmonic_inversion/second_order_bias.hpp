@@ -20,7 +20,8 @@ namespace twang {
                                                        const SinusoidFit& fit);
 
 /// The fit without its bias of second order, -(J^T J)^-1 J^T h in all parameters [Box 1971]: least
-/// squares of the data with h added to them. Residuals and sums of squares stay those of `fit`.
+/// squares of the data with h added to them. Sums of squares stay those of `fit`, residuals are
+/// left out.
 ///
 /// Nothing where that makes no difference, and where a theory of second order does not hold: h is
 /// as large as the scatter of the model itself, a pole would move by more than its sigma or turn

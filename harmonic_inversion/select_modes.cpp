@@ -338,10 +338,8 @@ class Selector {
         without_bias(m_data.series(), m_best, m_data.weights(), m_data.final_options());
     if (!corrected) return;
     m_best = std::move(*corrected);
-    for (std::size_t c = 0; c < m_data.series().size(); ++c) {
-      m_best.channels[c].residual.resize(0);
+    for (std::size_t c = 0; c < m_data.series().size(); ++c)
       m_best.channels[c].residual = m_data.residual(m_best, c);
-    }
   }
 
   ModeSelection finish() {

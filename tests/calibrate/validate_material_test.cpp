@@ -80,9 +80,9 @@ TEST(ValidateMaterial, AMeshFileIsCutIntoTheCellsToWhichTheModulusBelongs) {
   const MaterialValidation of_file = validate_material(file.rig, material_of_mesh(), trace);
   const MaterialValidation of_solid = validate_material(rig, material_of_mesh(), trace);
   EXPECT_EQ(of_file.num_elements, of_solid.num_elements);
-  EXPECT_NEAR(of_file.validation.simulated_frequency_hz,
-              of_solid.validation.simulated_frequency_hz,
-              1e-6 * of_solid.validation.simulated_frequency_hz);
+  EXPECT_NEAR(of_file.validation.simulated_sinusoid.frequency_hz,
+              of_solid.validation.simulated_sinusoid.frequency_hz,
+              1e-6 * of_solid.validation.simulated_sinusoid.frequency_hz);
 }
 
 TEST(ValidateMaterial, AWrongModulusIsSeenInFrequencyAndPhase) {

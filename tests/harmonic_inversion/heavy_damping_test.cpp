@@ -36,22 +36,28 @@ TEST_P(HeavyDamping, IsFoundUnderTwoVisiblePeriods) {
 
 INSTANTIATE_TEST_SUITE_P(DampingRatios, HeavyDamping, testing::Values(0.2, 0.3, 0.4, 0.5, 0.6));
 
+// 60 Hz with a damping ratio of 0.4, of which four samples stand above noise at 30 dB.
+const double kLoneDecay_per_s = kTwoPi * 60.0 * 0.4 / std::sqrt(1.0 - 0.4 * 0.4);
+
+InversionResult inverted_draw(unsigned seed, double phase_rad) {
+  SynthesisOptions options;
+  options.noise_sigma = std::pow(10.0, -30.0 / 20.0);
+  options.seed = seed;
+  return invert_harmonics(synthesize_sinusoids({{60.0, kLoneDecay_per_s, 1.0, phase_rad}}, options),
+                          {"y"});
+}
+
 TEST(InvertHarmonics, FindsALoneModeOfFourSamplesWhoseAmplitudeFollowsItsDecay) {
   // Draws in which least squares has its one minimum at twice the true decay, with a sigma of two
   // thirds of that: the amplitude at the first sample is uncertain then, the mode is not.
   for (const auto& [seed, phase_rad] : {std::pair{987U, 2.938}, {1638U, -2.696}}) {
-    const double decay = kTwoPi * 60.0 * 0.4 / std::sqrt(1.0 - 0.16);
-    SynthesisOptions options;
-    options.noise_sigma = std::pow(10.0, -30.0 / 20.0);
-    options.seed = seed;
-    const InversionResult result =
-        invert_harmonics(synthesize_sinusoids({{60.0, decay, 1.0, phase_rad}}, options), {"y"});
+    const InversionResult result = inverted_draw(seed, phase_rad);
     ASSERT_EQ(result.modes.size(), 1U) << result.message;
     const DampedSinusoid& mode = result.modes.front();
     const SinusoidInChannel& part = mode.channels.front();
     EXPECT_LT(part.amplitude, 3.0 * part.amplitude_sigma) << "the case that is meant";
     EXPECT_NEAR(mode.frequency_hz, 60.0, 3.0 * mode.frequency_sigma_hz);
-    EXPECT_NEAR(mode.decay_per_s, decay, 3.0 * mode.decay_sigma_per_s);
+    EXPECT_NEAR(mode.decay_per_s, kLoneDecay_per_s, 3.0 * mode.decay_sigma_per_s);
   }
 }
 
@@ -59,15 +65,11 @@ TEST(InvertHarmonics, FindsALoneModeWhereTwoOutliersWouldStandForIt) {
   // The first and the third sample are far off a record that is otherwise noise; and a mode whose
   // damping ratio of least squares, 0.80, is above what oscillates, but by no more than chance.
   for (const auto& [seed, phase_rad] : {std::pair{29176U, -1.557}, {26181U, -0.593}}) {
-    const double decay = kTwoPi * 60.0 * 0.4 / std::sqrt(1.0 - 0.16);
-    SynthesisOptions options;
-    options.noise_sigma = std::pow(10.0, -30.0 / 20.0);
-    options.seed = seed;
-    const InversionResult result =
-        invert_harmonics(synthesize_sinusoids({{60.0, decay, 1.0, phase_rad}}, options), {"y"});
+    const InversionResult result = inverted_draw(seed, phase_rad);
     ASSERT_EQ(result.modes.size(), 1U) << result.message;
     EXPECT_NEAR(result.modes[0].frequency_hz, 60.0, 3.5 * result.modes[0].frequency_sigma_hz);
-    EXPECT_NEAR(result.modes[0].decay_per_s, decay, 3.5 * result.modes[0].decay_sigma_per_s);
+    EXPECT_NEAR(
+        result.modes[0].decay_per_s, kLoneDecay_per_s, 3.5 * result.modes[0].decay_sigma_per_s);
     EXPECT_EQ(result.weights[0].num_left_out, 0);
   }
 }
