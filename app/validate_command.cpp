@@ -20,6 +20,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace twang::app {
 namespace {
@@ -180,14 +181,17 @@ void run(const ValidateCommand& command) {
   const Rig rig = load_rig(command.rig, needs);
   const Material material = read_material(command.material);
   const Trace trace = read_trace_csv(command.trace, command.time_column);
+  // What cannot be written is said before the long work; the overlay may go into the folder.
+  std::optional<OutputFolder> output;
+  if (!command.out.empty()) output.emplace(command.out);
+  if (!command.overlay.empty()) AtomicFile writable(command.overlay);
   const MaterialValidation result = validate(command, rig, material, trace);
   const std::string json = validation_to_json(result);
-  if (!command.out.empty()) {
-    OutputFolder output(command.out);
-    write_file_atomically(output.file("validation.json"), json);
-    write_trace_csv(output.file("validation.csv"), samples_of(result));
-    write_file_atomically(output.file("validation.html"), render_html(page_of(rig, result)));
-    output.commit();
+  if (output) {
+    write_file_atomically(output->file("validation.json"), json);
+    write_trace_csv(output->file("validation.csv"), samples_of(result));
+    write_file_atomically(output->file("validation.html"), render_html(page_of(rig, result)));
+    output->commit();
   }
   if (!command.json.empty()) write_json(command.json, json);
   if (command.json != "-") print_result(text_of(table_of(result)));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/outline_overlay.hpp"
 
+#include "capture/detail/paint_film.hpp"
 #include "capture/detail/paint_picture.hpp"
-#include "core/error.hpp"
 
-#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -13,7 +12,6 @@ namespace twang {
 namespace {
 
 const cv::Scalar kOutline(255, 170, 0);  // red, green, blue
-constexpr int kOutlineCrf = 23;          // good enough to look at
 constexpr int kFromCorner_px = 8;
 
 using Contours = std::vector<std::vector<cv::Point>>;
@@ -23,10 +21,8 @@ class Silhouette {
  public:
   static constexpr int kFiner = 2;
 
-  Silhouette(int width_px, int height_px)
-      : m_mask(kFiner * height_px, kFiner * width_px, CV_8UC1) {}
-
-  Contours contours(const BodyDrawing& body, std::size_t n) {
+  Contours contours(const LumaFrame& frame, const BodyDrawing& body, std::size_t n) {
+    m_mask.create(kFiner * frame.height_px, kFiner * frame.width_px, CV_8UC1);
     m_mask.setTo(0);
     const Eigen::Matrix2Xf& corners = body.corners[n];
     m_px.resize(static_cast<std::size_t>(corners.cols()));
@@ -71,32 +67,16 @@ void write_outline_overlay(const std::filesystem::path& video,
                            const BodyDrawing& body,
                            double fps,
                            const ProgressCallback& progress) {
-  VideoReader reader(video);
-  const VideoInfo& info = reader.info();
-  VideoWriter writer(
-      overlay, info.width_px, info.height_px, {.fps = fps, .crf = kOutlineCrf, .quick = true});
-  Silhouette silhouette(info.width_px, info.height_px);
-  const std::size_t end = body.first_frame + body.corners.size();
-  for (std::size_t n = 0; n < end; ++n) {
-    const auto frame = reader.read();
-    if (!frame) {
-      throw InputError(fmt::format(
-          "{}: has {} frames, must have the {} that are drawn", video.string(), n, end));
-    }
-    if (n < body.first_frame) continue;
-    writer.write([&](const PicturePlanes& planes) {
-      detail::copy_grey(*frame, planes);
-      detail::Picture picture = detail::picture_of(planes);
-      draw_contours(picture, silhouette.contours(body, n - body.first_frame));
-      detail::write_word(picture, body.name, {kFromCorner_px, kFromCorner_px}, 0.0, kOutline);
-    });
-    report_progress(progress,
-                    {"drawing the outline",
-                     static_cast<double>(n - body.first_frame + 1),
-                     static_cast<double>(body.corners.size()),
-                     "frames"});
-  }
-  writer.finish();
+  Silhouette silhouette;
+  const auto paint = [&](detail::Picture& picture, const LumaFrame& frame, std::size_t n) {
+    draw_contours(picture, silhouette.contours(frame, body, n - body.first_frame));
+    detail::write_word(picture, body.name, {kFromCorner_px, kFromCorner_px}, 0.0, kOutline);
+  };
+  detail::paint_film(video,
+                     overlay,
+                     {body.first_frame, body.corners.size(), fps, "drawing the outline"},
+                     paint,
+                     progress);
 }
 
 }  // namespace twang

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/overlay.hpp"
 
+#include "capture/detail/paint_film.hpp"
 #include "capture/detail/paint_picture.hpp"
-#include "capture/video_reader.hpp"
-#include "capture/video_writer.hpp"
 
 #include <opencv2/imgproc.hpp>
 
@@ -31,7 +30,6 @@ constexpr std::size_t kTail = 24;  // frames of path behind a marker
 constexpr double kArm = 0.75;      // of a crosshair, over the marker's size [-]
 constexpr double kBeside = 0.6;    // from a marker to its name, over its size [-]
 constexpr double kRing = 0.85;     // radius of the ring around a marker, over its size [-]
-constexpr int kCrf = 23;           // good enough to look at
 constexpr int kBorder_px = 6;      // around a repeated frame
 
 const cv::Scalar& colour_of(std::size_t marker) { return kColours[marker % kColours.size()]; }
@@ -121,22 +119,12 @@ void write_overlay(const std::filesystem::path& video,
                    const TrackDrawing& drawing,
                    double fps,
                    const ProgressCallback& progress) {
-  VideoReader reader(video);
-  const VideoInfo& info = reader.info();
-  VideoWriter writer(
-      overlay, info.width_px, info.height_px, {.fps = fps, .crf = kCrf, .quick = true});
-  const double total = static_cast<double>(info.declared_frames.value_or(0));
-  std::size_t n = 0;
-  while (const auto frame = reader.read()) {
-    writer.write([&](const PicturePlanes& planes) {
-      copy_grey(*frame, planes);
-      Picture picture = picture_of(planes);
-      draw_frame(picture, drawing, n);
-    });
-    ++n;
-    report_progress(progress, {"drawing the tracks", static_cast<double>(n), total, "frames"});
-  }
-  writer.finish();
+  paint_film(
+      video,
+      overlay,
+      {.fps = fps, .stage = "drawing the tracks"},
+      [&](Picture& picture, const LumaFrame&, std::size_t n) { draw_frame(picture, drawing, n); },
+      progress);
 }
 
 }  // namespace twang

@@ -50,13 +50,15 @@ void expect_validation(const fs::path& rig, const fs::path& film, const fs::path
                                             (out / "trace.csv").string(),
                                             "--video",
                                             film.string(),
+                                            "--out",
+                                            (out / "held_against").string(),
                                             "--overlay",
-                                            (out / "outline.mp4").string(),
+                                            (out / "held_against" / "outline.mp4").string(),
                                             "--json",
                                             "-"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(nlohmann::json::parse(outcome.out).at("all_met").get<bool>()) << outcome.out;
-  EXPECT_GT(fs::file_size(out / "outline.mp4"), 10000U);
+  EXPECT_GT(fs::file_size(out / "held_against" / "outline.mp4"), 10000U);
 }
 
 class SampleFilm : public testing::TestWithParam<Sample> {};

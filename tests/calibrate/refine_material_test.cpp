@@ -3,9 +3,8 @@
 
 #include "calibrate/detail/judge_refinement.hpp"
 #include "calibrate/simulated_release.hpp"
-#include "coarsen/fit_material.hpp"
 #include "core/error.hpp"
-#include "rigs/load_rig.hpp"
+#include "tests/calibrate/small_l_rig.hpp"
 #include "tests/support/expect_refusal.hpp"
 
 #include <gtest/gtest.h>
@@ -19,53 +18,15 @@ namespace twang {
 namespace {
 
 using test::holds;
+using test::kCell_m;
+using test::linear_estimate;
+using test::quick;
 using test::refusal_of;
+using test::small_l_rig;
+using test::SwingingRig;
 
 constexpr double kTrueModulus = 1e8;
 constexpr double kTrueDamping_s = 4e-4;
-constexpr double kCell_m = 3e-3;
-
-/// The L-rig with a leg of two cells and two cells deep: as much bent, in a hundred elements.
-Rig small_l_rig() {
-  return parse_rig(R"(format = "twang-rig/1"
-name = "small L-rig"
-[materials.part]
-density_kg_m3 = 1205.0
-poissons_ratio = 0.4
-[[part]]
-material = "part"
-shape = "box"
-min_mm = [45.0, 0.0, 0.0]
-max_mm = [48.0, 12.0, 18.0]
-[[part]]
-material = "part"
-shape = "box"
-min_mm = [9.0, 0.0, 18.0]
-max_mm = [48.0, 12.0, 24.0]
-[[clamp]]
-min_mm = [45.0, 0.0, 0.0]
-max_mm = [48.0, 12.0, 0.0]
-[[marker]]
-id = "left"
-kind = "cross"
-size_mm = 5.0
-position_mm = [12.0, 0.0, 21.0]
-[[marker]]
-id = "right"
-kind = "cross"
-size_mm = 5.0
-position_mm = [42.0, 0.0, 21.0]
-[observable]
-kind = "angle"
-markers = ["left", "right"]
-[release]
-at_mm = [9.0, 6.0, 24.0]
-displacement_mm = [0.0, 0.0, -20.0]
-[camera]
-capture_fps = 240
-)",
-                   "small_lrig.toml");
-}
 
 constexpr double kTraceNoise = 2e-4;
 
@@ -94,16 +55,6 @@ Trace plucked(const Rig& rig, const MeshRung& rung, double duration_s) {
                                        kTraceNoise * normal(generator));
   }
   return trace;
-}
-
-Material linear_estimate(const Rig& rig, const MeshRung& rung, const InversionResult& inversion) {
-  const DampedTarget target = damped_target(inversion.modes.front());
-  Material material;
-  material.youngs_modulus_numerical_pa = target.lambda_per_s2 / rung.modes.lambda_per_s2[0];
-  material.damping_stiffness_b_s = target.damping_stiffness_b_s;
-  material.poissons_ratio = rig.materials.front().poissons_ratio;
-  material.density_kg_m3 = rig.materials.front().density_kg_m3;
-  return material;
 }
 
 TEST(RefineMaterial, TakesOutWhatALargeDeflectionDoesToTheLinearEstimate) {
@@ -136,31 +87,6 @@ TEST(RefineMaterial, TakesOutWhatALargeDeflectionDoesToTheLinearEstimate) {
   EXPECT_GT(refined.change.linear_residual_rel, 2.0 * refined.change.residual_rel);
   EXPECT_DOUBLE_EQ(refined.youngs_modulus_numerical_pa,
                    linear.youngs_modulus_numerical_pa * (1.0 + refined.change.modulus_change_rel));
-}
-
-/// A decaying sinusoid and its inversion, for what is refused before anything is simulated.
-struct SwingingRig {
-  Trace trace;
-  InversionResult inversion;
-
-  explicit SwingingRig(double duration_s) {
-    trace.channels.push_back({"observable_rad", {}});
-    for (int n = 0; n / 240.0 < duration_s; ++n) {
-      const double t = n / 240.0;
-      trace.time_s.push_back(t);
-      trace.channels[0].values.push_back(0.1 * std::exp(-5.0 * t) * std::cos(kTwoPi * 20.0 * t));
-    }
-    InversionOptions window;
-    window.start_s = 0.0;
-    inversion = invert_harmonics(trace, {"observable_rad"}, window);
-  }
-};
-
-/// Half as many steps do where nothing is bent far.
-RefineMaterialOptions quick() {
-  RefineMaterialOptions options;
-  options.steps_per_period = 40.0;
-  return options;
 }
 
 TEST(RefineMaterial, KeepsTheLinearEstimateWhereNothingIsLeftToFollow) {
@@ -233,6 +159,33 @@ TEST(RefineMaterial, KeepsTheLinearEstimateOfASmallMotion) {
   // is, but for the little that the settled overtones leave.
   EXPECT_LT(std::abs(refined.change.modulus_change_rel), 1e-3);
   EXPECT_LT(refined.change.residual_rel, 0.01);
+}
+
+TEST(RefineMaterial, NoiseThatLastsMakesSigmasWider) {
+  const Rig rig = small_l_rig();
+  const MeshRung rung = compute_rung(rig, kCell_m, ElementKind::Hex8, 2);
+  RefineMaterialOptions options;
+  options.steps_per_period = 20.0;
+  options.periods = 6.0;
+  const auto modulus_sigma = [&](double lasting) {
+    SwingingRig seen(0.5);
+    std::mt19937 generator(5);
+    std::normal_distribution<double> normal;
+    double noise = normal(generator);
+    for (double& value : seen.trace.channels[0].values) {
+      value = 0.01 * value + 5e-6 * noise;
+      noise = lasting * noise + std::sqrt(1.0 - lasting * lasting) * normal(generator);
+    }
+    return refine_material(rig,
+                           rung,
+                           linear_estimate(rig, rung, seen.inversion),
+                           {{&seen.trace, "observable_rad", &seen.inversion}},
+                           0,
+                           options)
+        .change.modulus_sigma_rel;
+  };
+  // (1 + 0.8) / (1 - 0.8) = 9 times the variance, were 0.8 found exactly
+  EXPECT_NEAR(modulus_sigma(0.8) / modulus_sigma(0.0), 3.0, 0.4);
 }
 
 TEST(RefineMaterial, KeepsTheLinearEstimateWhereTheFitGoesAstray) {
