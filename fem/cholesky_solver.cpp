@@ -2,9 +2,11 @@
 #include "fem/detail/cholesky_solver.hpp"
 
 #include "fem/detail/cholmod_calls.hpp"
+#include "fem/detail/single_factor.hpp"
 #include "fem/detail/thread_limits.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -80,6 +82,7 @@ class CholeskySolver final : public LinearSolver {
   SolveStatus analyze(const SparseMatrix& A) override;
   SolveStatus factorize(const SparseMatrix& A) override;
   SolveStatus solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) override;
+  SolveStatus solve_roughly(const Eigen::VectorXd& b, Eigen::VectorXd& x) override;
   [[nodiscard]] std::string name() const override { return "CHOLMOD supernodal Cholesky"; }
 
  private:
@@ -96,7 +99,8 @@ class CholeskySolver final : public LinearSolver {
   Eigen::Index m_num_entries = 0;  ///< of the analysed pattern
   std::vector<Index> m_outer;      ///< copies of the pattern, unless Eigen's indices serve
   std::vector<Index> m_inner;
-  double m_operations = 0.0;  ///< of a factorization
+  double m_operations = 0.0;                    ///< of a factorization
+  std::optional<SingleFactor<Index>> m_single;  ///< of the last one, where it was asked for
   bool m_factorized = false;
 };
 
@@ -106,6 +110,7 @@ void CholeskySolver<Index>::release() {
   Calls::free_dense(&m_solution, &m_common);
   Calls::free_dense(&m_workspace_y, &m_common);
   Calls::free_dense(&m_workspace_e, &m_common);
+  m_single.reset();
   m_factorized = false;
 }
 
@@ -203,6 +208,7 @@ SolveStatus CholeskySolver<Index>::analyze(const SparseMatrix& A) {
 
 template <class Index>
 SolveStatus CholeskySolver<Index>::factorize(const SparseMatrix& A) {
+  m_single.reset();
   m_factorized = false;
   const bool same_size = m_factor != nullptr && A.isCompressed() && A.rows() == A.cols() &&
                          A.cols() == static_cast<Eigen::Index>(m_factor->n) &&
@@ -244,6 +250,16 @@ SolveStatus CholeskySolver<Index>::solve(const Eigen::MatrixXd& B, Eigen::Matrix
   return SolveStatus::Ok;
 }
 
+template <class Index>
+SolveStatus CholeskySolver<Index>::solve_roughly(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+  if (!m_factorized) return SolveStatus::NotFactorized;
+  if (b.size() != static_cast<Eigen::Index>(m_factor->n)) return SolveStatus::Failed;
+  const ThreadLimits limits(true);  // memory sets the pace
+  if (!m_single) m_single.emplace(*m_factor);
+  m_single->solve(b, x);
+  return SolveStatus::Ok;
+}
+
 /// Narrow indices as long as the factor permits.
 class AutomaticCholeskySolver final : public LinearSolver {
  public:
@@ -257,6 +273,9 @@ class AutomaticCholeskySolver final : public LinearSolver {
   SolveStatus factorize(const SparseMatrix& A) override { return m_solver->factorize(A); }
   SolveStatus solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) override {
     return m_solver->solve(B, X);
+  }
+  SolveStatus solve_roughly(const Eigen::VectorXd& b, Eigen::VectorXd& x) override {
+    return m_solver->solve_roughly(b, x);
   }
   [[nodiscard]] std::string name() const override { return m_solver->name(); }
 

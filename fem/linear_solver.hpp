@@ -30,6 +30,9 @@ class LinearSolver {
   virtual SolveStatus factorize(const SparseMatrix& A) = 0;
   /// Solves A X = B, (n x k).
   virtual SolveStatus solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) = 0;
+  /// The same of one right side to about six digits, in half the time and with half as much memory
+  /// again; for preconditioners.
+  virtual SolveStatus solve_roughly(const Eigen::VectorXd& b, Eigen::VectorXd& x) = 0;
   /// What it is, in a few words for summaries ("CHOLMOD supernodal Cholesky").
   [[nodiscard]] virtual std::string name() const = 0;
 };

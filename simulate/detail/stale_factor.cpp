@@ -100,14 +100,14 @@ Eigen::VectorXd StaleFactor::apply(const Eigen::VectorXd& r) const {
       turned.segment<3>(3 * i).noalias() =
           m_turns[static_cast<std::size_t>(i)].transpose() * r.segment<3>(3 * i);
   });
-  Eigen::MatrixXd solution;
+  Eigen::VectorXd solution;
   const Eigen::VectorXd right = m_body.free().restrict_vector(turned);
   if (m_cycles) {
     solution = m_cycles->apply(right);
-  } else if (m_solver->solve(right, solution) != SolveStatus::Ok) {
+  } else if (m_solver->solve_roughly(right, solution) != SolveStatus::Ok) {
     return Eigen::VectorXd::Constant(r.size(), kNaN);
   }
-  turned = m_body.free().expand_vector(solution.col(0));
+  turned = m_body.free().expand_vector(solution);
   Eigen::VectorXd result(r.size());
   for_each_range(num_nodes, [&](int first, int last) {
     for (int i = first; i < last; ++i)

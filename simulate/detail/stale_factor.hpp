@@ -23,7 +23,8 @@ namespace twang::detail {
 ///
 ///     P⁻¹ = R H⁻¹ Rᵀ,   R = diag(R_i),  R_i the rotation of node i since,
 ///
-/// which is exact for a body that turns as a whole.
+/// which is exact for a body that turns as a whole, up to the single precision in which H⁻¹ is
+/// applied.
 ///
 /// When to renew it: with F the cost of a factorization in iterations, and each step after it
 /// taking some more iterations than the one before, the cost per step is least when the iterations

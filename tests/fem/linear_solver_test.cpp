@@ -45,6 +45,30 @@ TEST_P(EachCholesky, SolvesForSeveralRightHandSides) {
   EXPECT_LT((solution - X).norm(), 1e-10 * X.norm());
 }
 
+TEST_P(EachCholesky, SolvesRoughlyWithTheFactorOfTheMoment) {
+  const SparseMatrix A = some_stiffness();
+  const auto solver = GetParam()();
+  ASSERT_EQ(solver->analyze(A), SolveStatus::Ok);
+  VectorXd rough;
+  const VectorXd b = test::random_vector(A.rows(), 1.0, 9);
+  EXPECT_EQ(solver->solve_roughly(b, rough), SolveStatus::NotFactorized);
+  for (const double scale : {1.0, 4.0}) {
+    ASSERT_EQ(solver->factorize(SparseMatrix(scale * A)), SolveStatus::Ok);
+    MatrixXd exact;
+    ASSERT_EQ(solver->solve(b, exact), SolveStatus::Ok);
+    ASSERT_EQ(solver->solve_roughly(b, rough), SolveStatus::Ok);
+    // condition 1e4 times single precision, with room
+    EXPECT_LT((rough - exact.col(0)).norm(), 3e-4 * exact.norm());
+    // as well for loads that single precision could not hold, and for none
+    VectorXd tiny;
+    ASSERT_EQ(solver->solve_roughly(1e-60 * b, tiny), SolveStatus::Ok);
+    EXPECT_LT((1e60 * tiny - rough).norm(), 1e-5 * rough.norm());
+    ASSERT_EQ(solver->solve_roughly(0.0 * b, tiny), SolveStatus::Ok);
+    EXPECT_EQ(tiny.norm(), 0.0);
+  }
+  EXPECT_EQ(solver->solve_roughly(b.head(5), rough), SolveStatus::Failed);
+}
+
 TEST_P(EachCholesky, KeepsTheAnalysisForOtherValues) {
   const SparseMatrix A = some_stiffness();
   const auto solver = GetParam()();
