@@ -1,6 +1,6 @@
 # add_module(NAME SOURCES ... [PUBLIC targets...] [PRIVATE targets...] [OWN_OPTIONS]): a room of the house, one static library twang_NAME
 # (alias twang::NAME), includes from the project's root. Warnings as errors. OWN_OPTIONS: a dependency adds options, as OpenMP does.
-function(twang_warnings target)
+function(twang_plain_warnings target)
   if(CMAKE_UNITY_BUILD)
     # Which files share a translation unit is chance: a class whose members have types of its own file is not seen by the others.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
@@ -8,7 +8,13 @@ function(twang_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
   # g++ 12 takes the inner buffer of a moved string for overrun; the address sanitizer sees what is true.
   target_compile_options(${target} PRIVATE -Wno-array-bounds $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>)
+endfunction()
+
+# The warnings, and what the preset wants to watch.
+function(twang_warnings target)
+  twang_plain_warnings(${target})
   if(TWANG_SANITIZE)
+    target_compile_options(${target} PRIVATE -O1 -g1)
     # g++ 12 with sanitizers suspects std::regex of uninitialized members; the release build keeps this warning. All of the group "undefined"
     # but what the address sanitizer (null, object-size, pointer-overflow) and Eigen's assertions (alignment) stop at and vptr, for which
     # there are no casts; and the casts of too large numbers besides. The whole group takes half as long again to compile.
